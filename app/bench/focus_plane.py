@@ -53,7 +53,7 @@ def leans(settings: Settings) -> bool:
 def lens_leans(settings: Settings) -> bool:
     """Whether elements of the lens are decentred or tilted."""
     try:
-        return settings.has_lens and not bench_of(settings).lens.is_in_line
+        return settings.has_lens and not bench_of(settings).lens.is_centred
     except (ValueError, OSError):
         return False
 

@@ -2,9 +2,9 @@
 
 Lengths in mm, camera frame. What a pixel sees `depth` before the film has a circle of confusion of the diameter gain ·
 |1/(focus − offset) − 1/(depth − offset)| pixels, `offset` being the distance of the entrance pupil, or of the
-front principal plane, from the film. For a lens and a film in line the three numbers are those of its first order,
-and the same for all pixels. Before a film out of line they change with the place: in closed form for ideal
-lenses. A lens that is traced, or out of line, has them from traced beams: no formula knows its field curvature there.
+front principal plane, from the film. For a centred lens and film the three numbers are those of its first order,
+and the same for all pixels. Before a tilted or decentred film they change with the place: in closed form for ideal
+lenses. A lens that is traced, or decentred, has them from traced beams: no formula knows its field curvature there.
 
 Distances in metres from the film, beyond a window into water as well; diameters in micrometres on the film.
 """
@@ -99,7 +99,7 @@ def _blur(settings: Settings, lens: Stamp) -> Blur:
 
 
 def _of_lens(built: Bench, behind: np.ndarray) -> np.ndarray:
-    """Nodes (rows, columns, 3) of a lens in line, in mm, for film points so much farther from it (mm).
+    """Nodes (rows, columns, 3) of a centred lens, in mm, for film points so much farther from it (mm).
 
     A point at t from the entrance pupil, of the diameter D, is as wide on the film as D m |t′ − t| / t, t′ the distance
     in focus and m its magnification. A pupil that is far from the lens, or beyond the focus, has the formula of the

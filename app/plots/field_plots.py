@@ -2,7 +2,7 @@
 
 Foci are those of narrow beams about the chief rays. Distortion is that of image heights against f tan θ, with the focal
 length f of each section from a field close to the film's centre, and tan θ the slope of the chief ray's light in the
-scene, less that of the centre. Curves of a lens out of line run from edge to edge of the film, as it draws otherwise on
+scene, less that of the centre. Curves of a decentred lens run from edge to edge of the film, as it draws otherwise on
 either side.
 """
 
@@ -104,7 +104,7 @@ def section_figure(query: Query, points: int, shown: tuple[str, ...]) -> Figure:
     """The plots of these names ("curvature", "distortion", "colour") side by side, along both sides of the film."""
     film, count = query.bench.film, SECTION_FIELDS if points > 16 else SECTION_FIELDS // 2 + 1
     parts = np.concatenate([[0.0, CLOSE], np.linspace(0.0, 1.0, count)[1:]])
-    if not query.lens.is_in_line:
+    if not query.lens.is_centred:
         parts = np.concatenate([-parts[:0:-1], parts])
     sections = [replace(query, heights=tuple((0.5 * part * x, 0.5 * part * y) for part in parts.tolist()))
                 for x, y in ((film.width, 0.0), (0.0, film.height))]

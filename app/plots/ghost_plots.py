@@ -134,9 +134,9 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
 
 
 def raster_of(settings: Settings, path: np.ndarray) -> tuple[float, float]:
-    """Where the picture (pixels) shows the end of a path (n, 3) on the film, which may be out of line.
+    """Where the picture (pixels) shows the end of a path (n, 3) on the film, which may be tilted or shifted.
 
-    path: to the plane of a film in line; mm, lens frame.
+    path: to the plane of a centred film; mm, lens frame.
     """
     film, along = settings.film, path[-1] - path[-2]
     x, y = settings.film_pose.film_points(path[-1:, :2], along[None, :2] / along[2])[0].tolist()

@@ -399,7 +399,7 @@ def rear_place(settings: Settings, raster: Place | None, ray: PointedRay) -> np.
 def ray_through(settings: Settings, film_xy: Place, rear_xy: Place, here: Bench | None = None) -> PointedRay:
     """The ray from a film point (mm) through a point of the plane of the last vertex (mm), both in the lens frame.
 
-    here: the lens with the film distance of this point, for a film out of line.
+    here: the lens with the film distance of this point, for a tilted or shifted film.
     """
     built = bench_of(settings) if here is None else here
     trace = from_film(built.lens, built.film_distance, film_xy, np.array([rear_xy]), record=True)

@@ -42,7 +42,8 @@ class Query:
 
     bench: with the lens at the primary wavelength of its design alone. lens: the same, focused and stopped down, with
     the dispersion of its glasses; where a glass is not known at the d line, that of `bench`, and `alone` says so.
-    model: name of the ideal model that the picture is taken with, or "". posed: whether its film is out of line.
+    model: name of the ideal model that the picture is taken with, or "". posed: whether its film is tilted, shifted or
+    curved.
     heights: of the film, or points (x, y) of it (mm), for figures of a few fields; () leaves them the choice.
     wavelengths: µm and weights, the middle one primary; () are those of the lens. white: the name of these weights, one
     of WHITES; OWN for a user's wavelengths, "" for figures of single ones.

@@ -1,8 +1,8 @@
 """The lens section: glass, stop, film, ray fans and cardinal points, seen from the side or from above.
 
-Lengths in mm, lens frame: points are (z, y). The meridional plane cuts surfaces out of line where they stand. Where the
-two surfaces of an element have different semi-diameters, the smaller one ends in a flat shoulder, and the edge is a
-cylinder of the larger one.
+Lengths in mm, lens frame: points are (z, y). The meridional plane cuts tilted and decentred surfaces where they stand.
+Where the two surfaces of an element have different semi-diameters, the smaller one ends in a flat shoulder, and the
+edge is a cylinder of the larger one.
 
 Lens frame, mm: what lies at +x before lies at +y after.
 
@@ -249,13 +249,13 @@ class Sketch:
     port: FlatPort = AIR            # the window into water, distances from the film
 
     @property
-    def stop_is_in_line(self) -> bool:
+    def stop_is_centred(self) -> bool:
         """Whether the stop is neither decentred nor tilted."""
         return self.lens is None or self.lens.stop.pose is None
 
     def on_stop(self, height: float, widest: float) -> tuple[float, float]:
         """The point (z, y) of the stop's plane at a height (mm) from its middle; widest: the largest one drawn."""
-        if self.lens is None or self.stop_is_in_line:
+        if self.lens is None or self.stop_is_centred:
             return self.stop_z, height
         z, y = cut(self.lens, self.lens.stop_index, height, widest)
         return float(z), float(y)
@@ -292,7 +292,7 @@ def _of_lens(lens_setup: Bench, wide_open: lb.Lens, glasses: tuple[lb.Glass, ...
         ("E", fo.entrance_pupil.z, "Entrance pupil: the stop as the scene sees it"),
         ("E′", fo.exit_pupil.z, "Exit pupil: the stop as the film sees it"),
     )
-    is_marked = lens.is_in_line or not settings.follows_lens
+    is_marked = lens.is_centred or not settings.follows_lens
     return Sketch(
         lens=lens, fans=fans(lens_setup, focus, settings.follows_lens, settings.has_stop, wide_open.stop.semi_diameter),
         marks=tuple(Mark(sign, z, meaning) for sign, z, meaning in points if math.isfinite(z) and is_marked),

@@ -205,7 +205,7 @@ def _sheet(surface: lb.Surface, z: float, edge: float) -> np.ndarray:
 
 
 def _placed(points: np.ndarray, lens: lb.Lens, i: int, film_z: float) -> np.ndarray:
-    """Points (…, 3) of surface i in line, camera frame, moved by its pose; the roll is in the points."""
+    """Points (…, 3) of the centred surface i, camera frame, moved by its pose; the roll is in the points."""
     frame = lens.frames[i]
     if frame is None:
         return points

@@ -86,7 +86,7 @@ def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = TOLERAN
     """The first model of the ladder whose picture of a scene is within tolerances of the traced lens.
 
     A lens without rotational symmetry is always traced, and no polynomial is fitted to a lens with blades. With a film
-    out of line (tilt, swing, rise or shift) the lens is traced: errors of the others are known for a film in line.
+    moved (tilt, swing, rise or shift) the lens is traced: errors of the others are known for a centred film.
 
     Args:
         camera: LensCamera of any model; its film, focus and aperture count.

@@ -71,15 +71,15 @@ def vignetting(lens: Lens, field_angle: float, distance: float = inf, wavelength
         distance: From the first vertex to the object point, mm; may be math.inf.
         wavelength: µm.
     Raises:
-        LensError: For a lens with surfaces out of line, where no light passes, for an angle from 180° on, and for a
-            distance that is not positive.
+        LensError: For a lens with tilted or decentred surfaces, where no light passes, for an angle from 180° on, and
+            for a distance that is not positive.
     """
     if not abs(field_angle) < pi:
         raise LensError(f"field angle {significant(np.degrees(field_angle), 4)}°: it must lie below 180°")
     if not distance > 0.0:
         raise LensError(f"distance {significant(distance)} mm: it must be positive, or math.inf")
 
-    if not lens.is_in_line:
+    if not lens.is_centred:
         raise LensError("vignetting needs a plane of symmetry, and this lens has a tilted or decentred surface: "
                         "lb.open_region has the light of a film point")
 

@@ -152,7 +152,7 @@ class CameraStages(PlacedShutter):
 
     @property
     def film_pose(self) -> FilmPose:
-        """Pose of the film in the camera frame; in line for every camera but one with a lens."""
+        """Pose of the film in the camera frame; centred for every camera but one with a lens."""
         return UPRIGHT
 
     def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:

@@ -44,8 +44,8 @@ class LensCamera(Camera):
     Args:
         lens: Prescription. A lens whose front_index is not 1 is immersed in the medium, without a window; its f-number
             is that in air, as engraved. A lens with a cylinder or toroid is traced; it is focused between its two foci
-            (`section_foci`), and its f-number is that of the section y–z. A lens with surfaces out of line is traced,
-            too; its f-number, first-order data and paraxial focus are those of the lens in line.
+            (`section_foci`), and its f-number is that of the section y–z. A lens with tilted or decentred surfaces is
+            traced, too; its f-number, first-order data and paraxial focus are those of the centred lens.
         film: Size (mm) and pixels.
         focus_distance: Distance (mm) from the film to the plane in focus; math.inf is allowed.
         f_number: f-number N in air, focused at infinity; None: wide open.
@@ -63,14 +63,14 @@ class LensCamera(Camera):
             lens stays as it is, and `focus_distance` becomes the plane that is then in focus, math.inf where there is
             none.
         film_at: The same as a field, which `dataclasses.replace` changes; None where a focus distance is given.
-        film_pose: Tilt, swing, rise, shift and curvature of the film; flat and in line by default. Focus distance and
+        film_pose: Tilt, swing, rise, shift and curvature of the film; flat and centred by default. Focus distance and
             film distance are those on the axis of the lens, of the plane in which the film's middle lies.
         **placement: Keyword arguments of `Camera`: transform, shutter, weights and medium.
     Raises:
         FocusError: A focus distance that the lens cannot reach.
         LensError: An f-number to which the lens cannot open.
         CameraError: An unknown model, degree or focus method; for a lens without rotational symmetry a model other than
-            the trace; surfaces so far out of line that the film's centre is dark; dispersion with unknown indices;
+            the trace; surfaces so far decentred that the film's centre is dark; dispersion with unknown indices;
             "thick" with the exit pupil on the film; "thin" or "pinhole" with the entrance pupil at infinity or beyond
             the object.
     """
@@ -107,7 +107,7 @@ class LensCamera(Camera):
                              f"last vertex, where there is no room for a film{reason}")
         if not self.film_pose.is_upright:
             check_room(self.film_pose, self.film, self.film_distance)
-        if not self.lens.is_in_line and not self.axis_irradiance > 0.0:
+        if not self.lens.is_centred and not self.axis_irradiance > 0.0:
             raise CameraError("no light reaches the film's centre through tilted or decentred surfaces: tilt or "
                               "decentre them less, or enlarge their rims")
         if not self.follows_rays:
@@ -141,7 +141,7 @@ class LensCamera(Camera):
     def pupil(self) -> Regions:
         """Exit-pupil regions that the camera samples: by film radius, or over a film grid for an unsymmetric lens.
 
-        Of a film out of line by radius and distance.
+        Of a tilted or shifted film by radius and distance.
         """
         return self._regions.at(D_LINE)
 
@@ -238,7 +238,7 @@ class LensCamera(Camera):
         return [table.step(normaliser), fit.step]
 
     def _fitted(self, regions: Regions, wavelength: float) -> PupilTable:
-        """The regions that a polynomial is fitted to: those of rays that start at z = 0, as of a film in line."""
+        """The regions that a polynomial is fitted to: those of rays that start at z = 0, as of a centred film."""
         if isinstance(regions, PupilTable):
             return regions
         return PupilTable.of(self.lens, self.film_distance, self._regions.reach, wavelength, widened=False)
@@ -269,7 +269,7 @@ class LensCamera(Camera):
     def film_landing(self, wavelength: float = D_LINE) -> FilmLanding | None:
         """Film landing by the trace, for a polynomial as well; in closed form for the ideal models.
 
-        None for an ideal model with a film out of line.
+        None for an ideal model with a tilted, shifted or curved film.
         """
         if not self.follows_rays:
             return super().film_landing(wavelength) if self.film_pose.is_upright else None
@@ -306,11 +306,11 @@ class LensCamera(Camera):
         return self._film_by_newton(self.camera_steps(wavelength), points, pupil_uv)
 
     def _newton_start(self, points: np.ndarray) -> np.ndarray | None:
-        """For a film out of line: where the central rays of one in line meet it."""
+        """For a tilted or shifted film: where the central rays of a centred one meet it."""
         if self.film_pose.is_upright or not self.follows_rays:
             return None
-        in_line = Program(replace(self, film_pose=UPRIGHT).camera_steps(), np.float64)
-        start = starting_points(in_line, points, self.stage_centre, BEYOND * self._regions.reach)
+        centred = Program(replace(self, film_pose=UPRIGHT).camera_steps(), np.float64)
+        start = starting_points(centred, points, self.stage_centre, BEYOND * self._regions.reach)
         found = self.film_pose.film_points(start, -self.gaussian.approach_film * start)
         farthest = self.film.diagonal / 2.0
         with np.errstate(invalid="ignore"):

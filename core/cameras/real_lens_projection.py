@@ -133,7 +133,7 @@ def foremost(lens: Lens) -> float:
 
 
 def first_surface(lens: Lens) -> np.ndarray:
-    """Points (n, 3) of the first surface, lens frame (mm): one of its rim where it is in line, else all over it."""
+    """Points (n, 3) of the first surface, lens frame (mm): one of its edge where it is centred, else all over it."""
     first, frame = lens.surfaces[0], lens.frames[0]
     if frame is None:
         return np.array([[first.semi_diameter, 0.0, float(first.sag(first.semi_diameter))]])

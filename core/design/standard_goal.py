@@ -44,7 +44,7 @@ def goal_of(lens: Lens, image_height: float | None = None, aim: str = "spot", ho
     """
     if aim not in AIMS:
         raise MeritError(f"aim {aim!r}: choose one of {', '.join(AIMS)}")
-    if not lens.is_in_line:
+    if not lens.is_centred:
         raise MeritError("decentred and tilted surfaces cannot be judged: set their decentres and tilts to 0")
     if image_height is not None and not 0.0 <= image_height < inf:
         raise MeritError(f"image height {significant(image_height)} mm: it must be a length from 0 mm")

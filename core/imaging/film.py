@@ -168,7 +168,7 @@ class FilmPose:
 
     @property
     def is_upright(self) -> bool:
-        """Whether the film is in line with the lens: flat, centred, and perpendicular to its axis."""
+        """Whether the film is flat, centred, and perpendicular to its axis."""
         return self == UPRIGHT
 
     @property

@@ -42,7 +42,7 @@ def require_focus(camera: Camera) -> None:
 
 
 def require_film_in_line(camera: Camera) -> None:
-    """LightFieldError for a camera whose film is out of line."""
+    """LightFieldError for a camera whose film is tilted, shifted or curved."""
     if not camera.film_pose.is_upright:
         raise LightFieldError("light fields are recorded on a flat, centred film: set tilt, swing, rise and shift to "
                               "0, and leave out the curvature")

@@ -237,7 +237,7 @@ def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
         With the lens radius 0.
     Raises:
         LightFieldError: For cameras that move, look through a flat window into water, have no one point of view, or a
-            film out of line.
+            tilted, shifted or curved film.
         CameraError: For a camera that is not projective.
     """
     lens, film = camera.gaussian, camera.film

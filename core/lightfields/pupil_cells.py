@@ -71,7 +71,7 @@ def pupil_reach(camera: Camera) -> float:
                                   "through a round stop alone: choose the full trace, or no blades")
         return 1.0
     regions = camera.pupil
-    assert not isinstance(regions, PosedPupil)                  # the film is in line
+    assert not isinstance(regions, PosedPupil)                  # the film is centred
     film, slopes = (_radial_rims(regions, camera.film.diagonal / 2.0) if isinstance(regions, PupilTable)
                     else _grid_rims(regions))
     return float(np.hypot(*(slopes - lens.approach_film * film)).max() / abs(lens.approach_pupil))

@@ -45,7 +45,7 @@ def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for section in lens.sections:
         a, b, _, _ = ray_matrix(section, 0, lens.stop_index)
         axes.append(1.0 / np.maximum(np.abs(a + b * nearness * lens.front_index), 1e-6))
-    if lens.is_in_line:
+    if lens.is_centred:
         azimuth, weights = np.linspace(0.0, 0.5 * pi, FAN), np.ones(FAN)
         weights[[0, -1]] = 0.5
     else:

@@ -66,7 +66,7 @@ def leave_lens(lanes, p, ints, key):
 
 @stage
 def change_frame(lanes, p, ints, key):
-    """Into the frame of surfaces out of line, or back: point and direction, from the last vertex met as before."""
+    """Into the frame of tilted surfaces, or back: point and direction, from the last vertex met as before."""
     row = rows(lanes)
     X_, Y_, Z_, L_, M_, N_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
     xx, xy, xz, yx, yy, yz, zx, zy, zz = p[0], p[1], p[2], p[3], p[4], p[5], p[6], p[7], p[8]

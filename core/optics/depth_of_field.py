@@ -120,7 +120,7 @@ def real_circle_of_confusion(lens: Lens, film_distance: float, distances: ArrayL
     nearness = 1.0 / before[outside]
     places, slopes, weights = pupil_rays(lens, nearness)
     spots = places + film_distance * slopes
-    if not lens.is_in_line:                             # they lie beside the axis: their width is about their middle
+    if not lens.is_centred:                             # they lie beside the axis: their width is about their middle
         spots -= (weights[..., None] * spots).sum(1, keepdims=True)
     radii = np.hypot(*np.moveaxis(spots, 2, 0))
     spread[outside] = 2.0 * np.sqrt(2.0 * (weights * radii**2).sum(1))

@@ -44,7 +44,7 @@ def film_distance(lens: Lens, focus_distance: float, method: str = "paraxial") -
         lens: The lens. One with focus groups is taken as `focused(lens, focus_distance, method)`.
         focus_distance: Film → object (mm); math.inf is allowed.
         method: {"paraxial", "real"}. "paraxial": the thick lens in closed form. "real": least rms blur of the traced
-            bundle over the full pupil. The former ignores decentres and tilts: it focuses the lens in line. For a lens
+            bundle over the full pupil. The former ignores decentres and tilts: it focuses the centred lens. For a lens
             with a cylinder or toroid both are the best compromise between its two foci; "paraxial" is the limit of
             "real" as the stop closes.
     Returns:
@@ -86,7 +86,7 @@ def best_focus(lens: Lens, wavelengths: Sequence[float] = (D_LINE,), weights: Se
     traced = [pupil_rays(lens, np.array([1.0 / object_distance]), wavelength) for wavelength in wavelengths]
     places, slopes = (np.concatenate([one[part][0] for one in traced]) for part in (0, 1))
     rays = np.concatenate([share * one[2][0] for share, one in zip(shares / shares.sum(), traced, strict=True)])
-    if not lens.is_in_line:                             # the spot lies beside the axis: its blur is about its centroid
+    if not lens.is_centred:                             # the spot lies beside the axis: its blur is about its centroid
         places, slopes = places - rays @ places, slopes - rays @ slopes
     axes = _converging(lens) if len(lens.sections) > 1 else [0, 1]
     return sharpest(places[:, axes], slopes[:, axes], rays[:, None])

@@ -118,7 +118,7 @@ def _nearly(distance: np.ndarray) -> list[tuple[int, int]]:
 
 
 def entrance_reach(tracer: GhostTracer) -> float:
-    """Radius (mm) of the sphere that holds the first surface within its rim, about its vertex in line."""
+    """Radius (mm) of the sphere that holds the clear aperture of the first surface, about its centred vertex."""
     return _reach(tracer.lens)
 
 

@@ -32,7 +32,7 @@ class PoseError(ValueError):
 
 @dataclass(frozen=True)
 class SurfacePose:
-    """Where a surface stands that is out of line.
+    """Where a tilted or decentred surface stands.
 
     The surface is rolled about its own axis, tilted about the pivot, first about the axis x, then about y, and then
     moved by the decentre.
@@ -41,7 +41,7 @@ class SurfacePose:
         decentre_x, decentre_y: Millimetres along x and y of the lens frame.
         tilt_x, tilt_y: Radians about x and about y, right-handed: a positive tilt_x takes the surface's upper rim (+y)
             back, towards the film; a positive tilt_y takes its rim at +x forward, towards the scene.
-        pivot: The pivot is the vertex, in line, of the surface that stands so many places before this one; 0: of this
+        pivot: The pivot is the centred vertex of the surface that stands so many places before this one; 0: of this
             one. For an element of the surfaces 3 and 4 about its front vertex it is 0 for surface 3, and 1 for surface
             4.
         roll: Radians about the own axis of the surface, right-handed about +z: a positive roll takes +x towards +y,
@@ -72,7 +72,7 @@ class SurfacePose:
         object.__setattr__(self, "pivot", int(self.pivot))
 
     @property
-    def is_in_line(self) -> bool:
+    def is_centred(self) -> bool:
         """Whether the pose moves nothing."""
         return not (self.decentre_x or self.decentre_y or self.tilt_x or self.tilt_y or self.roll)
 
@@ -166,7 +166,7 @@ class Surface:
         curvature_x: None for rotational symmetry. Otherwise the curvature (1/mm) of the section x–z, and `curvature` is
             that of y–z: a cylinder or toroid, which has neither conic nor aspheric terms.
         coating: None: not known; what asks for it then says which it assumes.
-        pose: Decentre, tilt and roll of this surface; None where it is in line.
+        pose: Decentre, tilt and roll of this surface; None where it is centred.
         radius: Keyword only, instead of the curvature: R in mm, positive if the centre of curvature lies at +z;
             math.inf for a plane.
     Raises:
@@ -199,7 +199,7 @@ class Surface:
             curvature = 1.0 / radius
         given = {"curvature": curvature, "thickness": thickness, "semi_diameter": semi_diameter, "glass": glass,
                  "conic": conic, "aspheric": aspheric, "curvature_x": curvature_x, "coating": coating,
-                 "pose": None if pose is None or pose.is_in_line else pose}
+                 "pose": None if pose is None or pose.is_centred else pose}
         for name, value in given.items():
             object.__setattr__(self, name, value)
         self._check()
@@ -265,7 +265,7 @@ class Surface:
         return replace(self, curvature=self.curvature if axis == "y" else self.curvature_x, curvature_x=None)
 
     @property
-    def in_line(self) -> "Surface":
+    def centred(self) -> "Surface":
         """The surface without its pose; a rolled cylinder or toroid has the curvatures of its sections x–z and y–z.
 
         These follow from Euler's theorem: to first order the sections of the rolled surface have them.
@@ -281,7 +281,7 @@ class Surface:
     @cached_property
     def vertex_curvature(self) -> float:
         """Curvature at the vertex in the section y–z of the lens (1/mm), including an r² term."""
-        return self.in_line.curvature + 2.0 * dict(self.aspheric).get(2, 0.0)
+        return self.centred.curvature + 2.0 * dict(self.aspheric).get(2, 0.0)
 
     @cached_property
     def shape(self) -> tuple[int, np.ndarray]:

@@ -126,11 +126,11 @@ class Lens:
 
     @cached_property
     def is_rotationally_symmetric(self) -> bool:
-        """Whether no surface is a cylinder or toroid, or out of line; blades do not count."""
-        return self.is_in_line and all(surface.is_rotationally_symmetric for surface in self.surfaces)
+        """Whether no surface is a cylinder or toroid, tilted or decentred; blades do not count."""
+        return self.is_centred and all(surface.is_rotationally_symmetric for surface in self.surfaces)
 
     @cached_property
-    def is_in_line(self) -> bool:
+    def is_centred(self) -> bool:
         """Whether no surface is decentred, tilted or rolled."""
         return all(surface.pose is None for surface in self.surfaces)
 
@@ -138,16 +138,16 @@ class Lens:
     def asymmetry(self) -> str:
         """What the lens has that keeps it from rotational symmetry, in words for a message; "" for nothing."""
         own = dict.fromkeys(surface.asymmetry for surface in self.surfaces if surface.asymmetry)
-        return " and ".join([*own, *["a tilted or decentred surface"] * (not self.is_in_line)])
+        return " and ".join([*own, *["a tilted or decentred surface"] * (not self.is_centred)])
 
     @cached_property
-    def in_line(self) -> "Lens":
-        """The lens without its poses; of rolled cylinders and toroids see `Surface.in_line`."""
-        return self if self.is_in_line else replace(self, surfaces=tuple(surface.in_line for surface in self.surfaces))
+    def centred(self) -> "Lens":
+        """The lens without its poses; of rolled cylinders and toroids see `Surface.centred`."""
+        return self if self.is_centred else replace(self, surfaces=tuple(surface.centred for surface in self.surfaces))
 
     @cached_property
     def frames(self) -> tuple[Frame | None, ...]:
-        """The motion that puts each surface out of line, one and the same for those that move as one; None in line."""
+        """The motion that tilts and decentres each surface, the same for those that move as one; None if centred."""
         known: dict[tuple[SurfacePose, int], Frame] = {}
         found: list[Frame | None] = []
         for i, surface in enumerate(self.surfaces):
@@ -172,7 +172,7 @@ class Lens:
 
     def mirrored(self, across: bool, up: bool) -> "Lens":
         """The lens mirrored across (along x), up (along y), or both; the iris stays. Itself if it has no poses."""
-        return self if self.is_in_line else replace(self, surfaces=tuple(
+        return self if self.is_centred else replace(self, surfaces=tuple(
             replace(surface, pose=surface.pose and surface.pose.mirrored(across, up)) for surface in self.surfaces))
 
     @property
@@ -191,16 +191,16 @@ class Lens:
 
     @cached_property
     def _cut(self) -> tuple["Lens", "Lens"]:
-        """The lenses with the sections x–z and y–z of this one, in line."""
-        x, y = (replace(self, surfaces=tuple(surface.section(axis) for surface in self.in_line.surfaces))
+        """The lenses with the sections x–z and y–z of this one, centred."""
+        x, y = (replace(self, surfaces=tuple(surface.section(axis) for surface in self.centred.surfaces))
                 for axis in ("x", "y"))
         return x, y
 
     @property
     def sections(self) -> tuple["Lens", ...]:
-        """The lenses of the sections x–z and y–z, in line; that of a lens without cylinder or toroid alone."""
-        if self.in_line.is_rotationally_symmetric:
-            return (self.in_line,)
+        """The lenses of the sections x–z and y–z, centred; that of a lens without cylinder or toroid alone."""
+        if self.centred.is_rotationally_symmetric:
+            return (self.centred,)
         return self.section("x"), self.section("y")
 
     def _repr_html_(self) -> str:

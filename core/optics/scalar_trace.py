@@ -136,7 +136,7 @@ def _surface_table(lens: Lens, wavelength: float) -> SurfaceTable:
 
 @njit(inline="always")
 def _into(numbers, i, x, y, z):
-    """A vector of the lens frame in the frame of surface i, which is out of line."""
+    """A vector of the lens frame in the frame of surface i, which is tilted or decentred."""
     return (numbers[i, AXES] * x + numbers[i, AXES + 3] * y + numbers[i, AXES + 6] * z,
             numbers[i, AXES + 1] * x + numbers[i, AXES + 4] * y + numbers[i, AXES + 7] * z,
             numbers[i, AXES + 2] * x + numbers[i, AXES + 5] * y + numbers[i, AXES + 8] * z)

@@ -17,7 +17,7 @@ QUANTITIES = (CURVATURE, CURVATURE_X, THICKNESS, SEMI_DIAMETER, CONIC,
               *(f"r{power}" for power in range(2, HIGHEST_POWER + 1)))
 WORDS = {CURVATURE: "radius", CURVATURE_X: "radius of the section x–z", THICKNESS: "thickness",
          SEMI_DIAMETER: "semi-diameter", CONIC: "conic constant"}
-# Numbers of the place of a surface that is out of line, which `poses` edits; no rule holds them
+# Numbers of a tilted or decentred surface, which `poses` edits; no rule holds them
 POSE = {"decentre_x": "decentre along x", "decentre_y": "decentre along y", "tilt_x": "tilt about x",
         "tilt_y": "tilt about y", "roll": "roll about its axis"}
 

@@ -16,7 +16,7 @@ from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.scalar_trace import Fate, surface_table, trace
 from lensbench.core.text import significant
 
-AZIMUTHS = 16           # directions of the marginal rays of a lens with surfaces out of line
+AZIMUTHS = 16           # of the marginal rays of a lens with tilted or decentred surfaces
 RAYS, REACH = 1 << 15, 1.5      # of a lens that is dark along the axis; their disk over the rear rim
 
 
@@ -27,8 +27,8 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
 
     Args:
         lens: The lens. For a cylinder or toroid the result is the geometric mean of the sections, as the light is; with
-            surfaces out of line that of AZIMUTHS directions, or, where they cut off the ray along the axis, that of a
-            round pupil with as much light.
+            tilted or decentred surfaces that of AZIMUTHS directions, or, where they cut off the ray along the axis,
+            that of a round pupil with as much light.
         film_distance: Last vertex → film (mm).
     Returns:
         The working f-number; inf if no ray passes, as the film's middle is dark.
@@ -39,13 +39,13 @@ def working_f_number(lens: Lens, film_distance: float) -> float:
         raise LensError(f"film distance {significant(film_distance)} mm: the film must lie behind the last vertex")
     lens = lens.with_round_stop
     meridians = [(0.0, 1.0)] if lens.is_rotationally_symmetric else [(0.0, 1.0), (1.0, 0.0)]
-    if not lens.is_in_line:
+    if not lens.is_centred:
         meridians = [(cos(turn), sin(turn)) for turn in (2.0 * pi * k / AZIMUTHS for k in range(AZIMUTHS))]
     sines = []
     for across, up in meridians:
         height = marginal_height(surface_table(lens), 1.0 / film_distance, False, across, up)
         sines.append(height / hypot(height, film_distance))
-    if not lens.is_in_line and not min(sines) > 0.0:
+    if not lens.is_centred and not min(sines) > 0.0:
         return _by_light(lens, film_distance)
     sine = prod(sines) ** (1.0 / len(sines)) if len(sines) != 1 else sines[0]
     return 1.0 / (2.0 * sine) if sine > 0.0 else inf

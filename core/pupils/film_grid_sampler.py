@@ -36,7 +36,7 @@ ROUNDING = 1e-5                 # share by which rounding may put a point in the
  GAIN,                          # 1 / normaliser
  COURSE) = range(7)             # coefficients of the course, along x, then y
 NODE_CORNERS, NODES = SECTORS + 1, RINGS * COLUMNS
-# Integers: number of quadrants, 1 or 4; offsets of the tables, and of the pose of a film out of line behind them
+# Integers: number of quadrants, 1 or 4; offsets of the tables, and of the pose of a tilted or shifted film behind them
 QUADRANTS, EDGE, CORNERS, CENTRES, POSE = range(5)
 # Scratch rows with the triangle: the place of the sample in it, its corners, and the region's centre
 TURN, CORNER_AX, CORNER_AY, CORNER_BX, CORNER_BY, CENTRE_X, CENTRE_Y = A3, A6, A7, A8, A9, A10, A11

@@ -118,8 +118,8 @@ class Aim:
             left = improve(left, *self.scan(film[left], centre[still], window[still], 1.0))
             if left.size:
                 # Where the line from the film point to the middle of the rear plane crosses z = 0
-                in_line = film[:, :2] / (1.0 + film[:, 2:] / self.film_distance)
-                low, high = np.stack([rear_interval(self.lens, self.film_distance, in_line[left, axis], upright)
+                centred = film[:, :2] / (1.0 + film[:, 2:] / self.film_distance)
+                low, high = np.stack([rear_interval(self.lens, self.film_distance, centred[left, axis], upright)
                                       for axis, upright in ((0, False), (1, True))], 2)
                 half = 0.5 * (high - low)[:, :, None] * np.eye(2)
                 improve(left, *self.scan(film[left], 0.5 * (low + high), half, 1.0))

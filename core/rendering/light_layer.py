@@ -124,7 +124,7 @@ class LightLayer(NamedTuple):
 
 
 def first_order_map(camera: Camera) -> Gaussian | None:
-    """The first-order map of a camera that does not move, its film in line; None without one."""
+    """The first-order map of a camera that does not move, its film centred; None without one."""
     try:
         return (None if isinstance(camera.world_from_camera, AnimatedTransform) or not camera.film_pose.is_upright
                 else camera.gaussian)

@@ -46,7 +46,7 @@ def check(lens: Lens) -> list[Finding]:
     about = [] if is_d_line(wavelength) else [note(
         Kind.CONVENTION, f"its focal lengths, f-number and rays are those at {significant(1000.0 * wavelength)} nm, "
                          "the primary wavelength of its design", wavelength=wavelength)]
-    if not lens.is_in_line:
+    if not lens.is_centred:
         about.append(note(Kind.CONVENTION, "tilted or decentred surfaces: the lens is checked as if centred"))
     try:
         seen.indices()

@@ -61,7 +61,7 @@ def _gap(lens: Lens, i: int, n_before: float) -> list[Finding]:
     narrow = int(np.argmin(gaps))
     if not gaps[narrow] < -(STOP if beside_stop else CROSSING) * rim:
         return []
-    slight = has_estimated_rims(lens) and gaps[narrow] > -ESTIMATED * rim
+    slight = has_estimated_clear_apertures(lens) and gaps[narrow] > -ESTIMATED * rim
     severity = Severity.NOTE if slight else Severity.WARNING
     where = f"{significant(-gaps[narrow], 3)} mm deep, {significant(heights[narrow], 4)} mm from the axis"
     if in_glass:
@@ -71,7 +71,7 @@ def _gap(lens: Lens, i: int, n_before: float) -> list[Finding]:
                     severity=severity)]
 
 
-def has_estimated_rims(lens: Lens) -> bool:
+def has_estimated_clear_apertures(lens: Lens) -> bool:
     """Whether rims of the lens are estimates of its source or of the reader."""
     return "rim" in lens.estimates or any(finding.kind is Kind.RIM for finding in lens.findings)
 
@@ -101,8 +101,8 @@ def reach(surface: Surface) -> float:
 
 def fabrication_findings(lens: Lens) -> list[Finding]:
     """Findings where the glass is possible and hardly to be made; at estimated rims they are notes."""
-    severity = Severity.NOTE if has_estimated_rims(lens) else Severity.WARNING
-    at_rim = "at its estimated clear aperture" if has_estimated_rims(lens) else "at its clear aperture"
+    severity = Severity.NOTE if has_estimated_clear_apertures(lens) else Severity.WARNING
+    at_rim = "at its estimated clear aperture" if has_estimated_clear_apertures(lens) else "at its clear aperture"
     findings, before = [], 1.0
     for i, surface in enumerate(lens.surfaces):
         slope = _slope(surface)

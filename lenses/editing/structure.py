@@ -79,7 +79,7 @@ def reordered(document: LensDocument, order: Sequence[int | Surface], comments: 
 
 
 def _pivoted(lens: Lens, old: int, new: int, place: dict[int, int], findings: list[Finding]) -> Surface:
-    """A surface in its new place, out of line about the same pivot, or about its own vertex where that is deleted."""
+    """A surface in its new position, tilted about the same pivot, or about its own vertex where that is deleted."""
     surface = lens.surfaces[old]
     if surface.pose is None:
         return surface

@@ -87,7 +87,7 @@ def _placed(lens: Lens, stations: list[Station]) -> list[Lens]:
 
 def _moved_sideways(lens: Lens, stations: list[Station]) -> int | None:
     """The first surface of a body whose vertex moves sideways, which no break with one decentre does; None: none."""
-    if lens.is_in_line:
+    if lens.is_centred:
         return None
     firsts = [i for i in range(len(lens.surfaces)) if (moved := body(lens, i)) and moved[0] == i]
     return next((i for each in _placed(lens, stations) for i in firsts
@@ -119,7 +119,7 @@ def _configuration_lines(lens: Lens, stations: list[Station], aperture: Aperture
     if any(station.name for station in stations):
         lines += [f'LTTL 0 {k} "{_plain(s.name)}" 0 0 0 1 1 0 0.0 "" 0' for k, s in enumerate(stations, start=1)]
     rows = configurations.rows(lens, stations, inf, aperture)
-    if not lens.is_in_line:
+    if not lens.is_centred:
         rows = _along_axes(lens, stations, rows, number_of)
     for quantity, i, values in rows:
         name = {"stop": "SDIA", "gap": "THIC", "aperture": "APER"}[quantity]

@@ -84,12 +84,12 @@ def angles(axes: np.ndarray) -> tuple[float, float, float]:
 
 def in_one_line(places: Sequence[Place], image: Place, round_: Sequence[bool]) -> tuple[
         float, list[float], list[SurfacePose | None]]:
-    """Z of the first vertex in line, thicknesses and poses of surfaces at these places, the image behind them.
+    """Z of the first vertex on the axis, thicknesses and poses of surfaces at these places, the image behind them.
 
     round_: whether each surface is rotationally symmetric, so that a roll changes nothing: it has the one of a cylinder
     or toroid of its body, else none. A body is a run of surfaces with one direction of the axis and one roll, each on
-    the axis of the first: it pivots about the first vertex. AxesError for an image out of line, and tilts that no pose
-    has.
+    the axis of the first: it pivots about the first vertex. AxesError for a tilted or decentred image, and tilts that
+    no pose has.
     """
     sizes = [float(np.abs(place.vertex).max()) for place in (*places, image)]
     size, whole = max(1e-30, *sizes[:-1]), max(1e-30, *sizes)       # the image may lie at infinity
@@ -168,7 +168,7 @@ def axes_at(lens: Lens, i: int) -> np.ndarray:
 
 
 def body(lens: Lens, i: int) -> tuple[int, int] | None:
-    """First and last of the surfaces that move as one with surface i; None if it is in line."""
+    """First and last of the surfaces that move as one with surface i; None if it is centred."""
     frame = lens.frames[i]
     if frame is None:
         return None
@@ -181,7 +181,7 @@ def body(lens: Lens, i: int) -> tuple[int, int] | None:
 
 
 def lead(lens: Lens, i: int) -> float:
-    """Distance (mm) of the vertex of surface i behind its place in line, if the surface begins a body; else 0."""
+    """Distance (mm) of the vertex of surface i behind its centred position, if the surface begins a body; else 0."""
     moved = body(lens, i) if i < len(lens.surfaces) else None
     return float(lens.vertex(i)[2]) - lens.vertices[i] if moved and moved[0] == i else 0.0
 

@@ -236,7 +236,7 @@ class Design:
             row.thickness, row.pose = gap, pose
 
     def _in_one_line(self, station: Station) -> tuple[float, list[float], list[SurfacePose | None], int | None]:
-        """Z of the first vertex in line, thicknesses and poses in a position, and the line of the last break."""
+        """Z of the first vertex on the axis, thicknesses and poses in a position, and the line of the last break."""
         place, places, lines = START, [], []            # of the last break up to each surface
         line = None
         for i, row in enumerate(self.rows[1:], start=1):

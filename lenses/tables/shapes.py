@@ -26,7 +26,7 @@ COMMON = ROTATIONAL | {Shape.CYLINDER, Shape.TOROID}
 
 
 def lost_poses(lens: Lens) -> list[Finding]:
-    """A warning for each surface out of line, for a format that holds no decentre and no tilt."""
+    """A warning for each tilted or decentred surface, for a format that holds no decentre and no tilt."""
     return [Finding(Kind.SHAPE, i, f"surface {i} is decentred or tilted, which this format cannot hold: it is written "
                                    "in line, and this is another lens")
             for i, surface in enumerate(lens.surfaces) if surface.pose is not None]

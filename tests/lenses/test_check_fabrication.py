@@ -10,7 +10,7 @@ from lensbench import Glass, Lens, Surface, lenses
 from lensbench.app.session.edited_lens import original
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.finding import Kind, Severity
-from lensbench.lenses.checks.geometry import CENTRE, EDGE, LEAST_EDGE, STEEPEST, has_estimated_rims
+from lensbench.lenses.checks.geometry import CENTRE, EDGE, LEAST_EDGE, STEEPEST, has_estimated_clear_apertures
 
 CROWN = Glass(1.5168, 64.17)
 
@@ -115,7 +115,7 @@ def test_a_stop_that_is_too_wide_does_not_make_clear_apertures_estimates(tmp_pat
     lenses.save(lens.with_stop_radius(1e6), tmp_path / "a.txt")
     wide = lenses.load(tmp_path / "a.txt")
     assert [f.kind for f in wide.findings] == [Kind.STOP_SIZE]
-    assert not has_estimated_rims(wide)
+    assert not has_estimated_clear_apertures(wide)
     assert not original(replace(Settings(), lens=str(tmp_path / "a.txt"))).lens.estimates
     (finding,) = found(wide, Kind.EDGE)
     assert finding.severity is Severity.WARNING and "estimated" not in str(finding)

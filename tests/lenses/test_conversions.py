@@ -186,6 +186,6 @@ def test_a_pose_is_kept_to_the_last_bit_or_its_loss_is_named():
             assert found.length == pytest.approx(lens.length, abs=1e-9)
             assert body_at(found, 3) == (2, 3)
         if not row.has_poses:
-            assert found.is_in_line and named == [2, 3], row.suffix
+            assert found.is_centred and named == [2, 3], row.suffix
         else:
-            assert not found.is_in_line and not named, row.suffix
+            assert not found.is_centred and not named, row.suffix

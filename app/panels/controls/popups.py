@@ -41,7 +41,7 @@ def dispersion_popup(settings: Settings) -> Settings:
 
 
 def film_dials_in_use(settings: Settings) -> bool:
-    """Whether the film is out of line."""
+    """Whether the film is tilted, shifted or curved."""
     return not settings.film_pose.is_upright
 
 

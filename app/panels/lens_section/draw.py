@@ -238,7 +238,7 @@ def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, signs: lis
     x = floor(canvas.at(sketch.on_stop(outer, outer)[0], 0.0).x)
     ring = 4.0 * pixel
     for sign in (1.0, -1.0):
-        if not sketch.stop_is_in_line:
+        if not sketch.stop_is_centred:
             inner = canvas.at(*sketch.on_stop(sign * sketch.stop_radius, outer))
             draw.add_line(inner, canvas.at(*sketch.on_stop(sign * outer, outer)), colour, 2.0 * pixel)
             continue
@@ -272,16 +272,16 @@ def draw_stop_handles(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, li
 
 
 def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool, movable: bool,
-              in_line: bool = True) -> None:
+              centred: bool = True) -> None:
     """The film with its handle below, and the names of the fields beside their images.
 
-    in_line: False for a film that is drawn elsewhere, where the plane of focus and film distance is only faint.
+    centred: False for a film that is drawn elsewhere, where the plane of focus and film distance is only faint.
     """
     colour, pixel = theme.colours(), theme.scale()
     x = floor(canvas.at(sketch.film_z, 0.0).x)
     top, bottom = canvas.at(0.0, sketch.film_height).y, canvas.at(0.0, -sketch.film_height).y
     draw.add_rect_filled(ImVec2(x - pixel, top), ImVec2(x + 1.5 * pixel, bottom),
-                         theme.packed(colour.strong, 1.0 if in_line else 0.25))
+                         theme.packed(colour.strong, 1.0 if centred else 0.25))
     line = imgui.get_text_line_height()
     if movable:
         corner, size = film_handle(sketch, canvas)

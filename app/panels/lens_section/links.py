@@ -2,7 +2,7 @@
 
 The cardinal points of the section with their names, and the ray under the mouse.
 
-A film out of line in the section: the film, the plane of sharp focus with its wedge, and its lines.
+A tilted or shifted film in the section: the film, the plane of sharp focus with its wedge, and its lines.
 """
 
 from collections.abc import Sequence

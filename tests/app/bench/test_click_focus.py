@@ -1,4 +1,4 @@
-"""A click in the picture with a film or a lens out of line, against the rays of the camera that it focuses."""
+"""A click in the picture with a tilted or decentred film or lens, against the rays of the camera that it focuses."""
 
 import math
 from dataclasses import replace
@@ -36,12 +36,12 @@ def check(settings, part, depth):
     there = replace(settings, focus_distance=found.distance)
     depths = depth * np.geomspace(0.7, 1.4, 701)                                # 0.1 % apart
     assert not found.remark and sharpest(there, part, depths) == pytest.approx(depth, rel=0.008)
-    in_line = sharpest(replace(settings, focus_distance=depth), part, depths)   # as a click on a camera in line
-    assert abs(in_line - depth) > 0.03 * depth
+    centred = sharpest(replace(settings, focus_distance=depth), part, depths)   # as a click on a centred camera
+    assert abs(centred - depth) > 0.03 * depth
 
 
 @pytest.mark.parametrize(("settings", "part"), [(TILTED, (0.5, 0.15)), (TILTED, (0.8, 0.7)), (CURVED, (0.85, 0.2))])
-def test_a_click_before_a_film_out_of_line_makes_its_place_sharp(settings, part):
+def test_a_click_before_a_tilted_film_makes_its_place_sharp(settings, part):
     check(replace(settings, focus_position="real"), part, 1200.0)
 
 
@@ -49,7 +49,7 @@ def test_a_click_before_a_film_out_of_line_makes_its_place_sharp(settings, part)
 @pytest.mark.parametrize(("body", "pose"), [((0, 5), {"tilt_x": 0.07}), ((0, 5), {"tilt_x": 0.03, "tilt_y": -0.04}),
                                             ((4, 5), {"tilt_y": 0.03, "decentre_y": 0.2})])
 @pytest.mark.parametrize("part", [(0.3, 0.2), (0.7, 0.75)])
-def test_a_click_through_a_lens_out_of_line_makes_its_place_sharp(body, pose, part, tmp_path):
+def test_a_click_through_a_tilted_lens_makes_its_place_sharp(body, pose, part, tmp_path):
     settings = replace(bent(tmp_path, *body, **pose), focus_position="real")
     check(settings, part, 1200.0)
     narrow = replace(settings, f_number=22.0, focus_position="paraxial")        # by beams of no width
@@ -57,7 +57,7 @@ def test_a_click_through_a_lens_out_of_line_makes_its_place_sharp(body, pose, pa
     assert sharpest(found, part, 1200.0 * np.geomspace(0.7, 1.4, 701)) == pytest.approx(1200.0, rel=0.03)
 
 
-def test_a_click_in_line_is_its_depth_and_one_out_of_reach_says_so(tmp_path):
+def test_a_click_before_a_centred_film_is_its_depth_and_one_out_of_reach_says_so(tmp_path):
     assert focused_at(replace(TILTED, tilt=0.0), (0.2, 0.2), 1200.0) == (1200.0, "")
     assert focused_at(TILTED, (0.5, 0.5), math.inf) == (math.inf, "")
     assert focused_at(TILTED, (0.8, 0.95), math.inf) == (math.inf, BEYOND)

@@ -1,4 +1,4 @@
-"""A film out of line in the settings: camera, focus at a click, the blur of a pixel, the section, and its options."""
+"""A tilted or shifted film in the settings: camera, focus at a click, blur of a pixel, section, and options."""
 
 import math
 from dataclasses import fields, replace
@@ -78,12 +78,12 @@ def test_figures_of_a_film_in_line_say_so():
         assert sum("a flat, centred film" in each for each in asked.remarks(asked.grid(8))) == said
 
 
-def test_a_lens_with_cylinders_has_a_film_out_of_line_too():
+def test_a_lens_with_cylinders_has_a_tilted_film_too():
     anamorphic = constrained(replace(POSED, lens="lentil-schneider-anamorphic-31-2001", f_number=None))
     assert camera(anamorphic).film_pose == POSED.film_pose and constrained(POSED) == POSED
 
 
-def test_a_lens_out_of_line_leans_the_plane_of_sharp_focus_before_a_film_in_line(tmp_path):
+def test_a_tilted_lens_tilts_the_plane_of_sharp_focus_of_a_centred_film(tmp_path):
     lens = lenses.load("lenshh-cooke-triplet-50")
     lenses.save(posed(lens, 0, len(lens.surfaces) - 1, tilt_x=math.radians(5.0)), tmp_path / "bent.toml")
     settings = Settings(lens=str(tmp_path / "bent.toml"), focus_distance=1500.0, f_number=8.0, lens_model="trace")
@@ -146,7 +146,7 @@ def spot_pixels(settings, part, depth):
     ({"tilt_x": 0.05}, {}), ({"tilt_x": -0.07, "tilt_y": 0.03, "decentre_y": 0.4}, {"focus_position": "paraxial"}),
     ({}, {"tilt": 0.08, "swing": -0.05}), ({}, {"film_radius": -90.0})])
 def test_overlays_know_what_leans_from_traced_beams(pose, change, tmp_path):
-    """Against spots, far from the focus, where the aberrations do not count; the lens in line is off by far more."""
+    """Against spots, far from the focus, where the aberrations do not count; the centred lens is off by far more."""
     lens = lenses.load("lenshh-cooke-triplet-50")
     lenses.save(posed(lens, 0, len(lens.surfaces) - 1, **pose) if pose else lens, tmp_path / "bent.toml")
     bent = Settings(lens=str(tmp_path / "bent.toml"), focus_distance=1500.0, f_number=8.0, lens_model="trace", **change)
@@ -232,7 +232,7 @@ def test_the_plane_of_sharp_focus_of_a_design_for_another_line_crosses_the_axis_
         assert plane.offset / plane.normal[2] == pytest.approx(-1494.0, rel=1e-6), line
 
 
-def test_keep_the_picture_keeps_what_a_film_out_of_line_shows_and_brings_into_focus():
+def test_keep_the_picture_keeps_what_a_tilted_film_shows_and_brings_into_focus():
     """Rise, shift, tilt and swing stayed as they were: a smaller film showed another part of the scene."""
     for width, height in ((24.0, 16.0), (54.0, 36.0)):
         other = with_equivalent_film(replace(POSED, shift=-2.0), width, height)

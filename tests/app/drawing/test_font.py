@@ -22,7 +22,7 @@ def written(path: Path) -> set[str]:
 
 
 def test_the_fonts_hold_every_character_that_the_program_writes():
-    """Powers of aspheres, exponents and the places of surfaces out of line were boxes."""
+    """Powers of aspheres, exponents and the numbers of tilted and decentred surfaces were boxes."""
     files = defaultdict(list)
     for folder in ("app", "core", "lenses"):
         for path in (ROOT / folder).rglob("*.py"):

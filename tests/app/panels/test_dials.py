@@ -37,12 +37,12 @@ def test_all_of_the_popup_focus_is_seen_in_a_window_of_720_pixels():
     assert seen["top"] >= 0.0
 
 
-@pytest.mark.parametrize("lens", ["out of line", "lentil-schneider-anamorphic-31-2001"])
-def test_the_film_behind_a_lens_without_symmetry_is_set_in_line_again(lens):
-    """The popup said that it stays in line, and had no dials: an element that was tilted left it tilted."""
+@pytest.mark.parametrize("lens", ["decentred", "lentil-schneider-anamorphic-31-2001"])
+def test_the_film_behind_a_lens_without_symmetry_is_centred_again(lens):
+    """The popup said that it stays centred, and had no dials: an element that was tilted left it tilted."""
     settings = replace(Settings(), lens="lenshh-cooke-triplet-50", f_number=None, tilt=0.09, rise=4.0)
     settings = edited(settings, lambda document: with_pose(document, 2, 3, "tilt_x", 0.05))[0] \
-        if lens == "out of line" else replace(settings, lens=lens)
+        if lens == "decentred" else replace(settings, lens=lens)
     seen = {"shown": settings}
 
     def gui():

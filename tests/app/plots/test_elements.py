@@ -1,4 +1,4 @@
-"""Outlines of surfaces out of line: they are cuts of the true surfaces by the meridional plane."""
+"""Outlines of tilted and decentred surfaces: they are cuts of the true surfaces by the meridional plane."""
 
 from dataclasses import replace
 

@@ -105,7 +105,7 @@ def test_the_grid_of_a_small_image_circle_lies_within_it():
 
 
 def test_the_field_of_a_leaning_lens_runs_from_edge_to_edge_and_is_mirrored_with_it(tmp_path):
-    """Curves of one side alone hid what a lens out of line does."""
+    """Curves of one side alone hid what a decentred lens does."""
     lens, found = lenses.load("pbrt-dgauss-50mm"), []
     for way in (1.0, -1.0):
         leaning = replace(lens, surfaces=tuple(

@@ -108,7 +108,7 @@ def test_surfaces_have_the_numbers_of_the_table_of_surfaces_from_0():
 
 @pytest.mark.parametrize("pose", [{}, {"rise": 6.0, "shift": -3.0}, {"tilt": 0.1, "swing": -0.05, "rise": 2.0}])
 def test_the_picture_shows_a_ghost_where_its_ray_meets_the_film(pose):
-    """The mark was that of a film in line."""
+    """The mark was that of a centred film."""
     settings, path = replace(Settings(), **pose), np.array([[2.0, -1.0, 40.0], [5.0, 4.0, 90.0]])
     pixel = raster_of(settings, path)
     film, (column, row) = settings.film, pixel

@@ -35,7 +35,7 @@ WAVELENGTHS = replace(LENS, system=replace(LENS.system, wavelengths=()))
     (AFOCAL, {}, {"field", "grid", "focus-shift", "breathing", "illumination"}),
     (AFOCAL, {"focus_distance": math.inf}, {"spots", "fans", "mtf", "wavefront", "psf", "depth", "stack"}),
     (PINHOLE, {}, {"axial"}),                                               # light of the stop's 10⁻⁸
-    (CLOSED, {}, set(ANALYSES) - {"breathing", "sunstar"}),                 # two pinholes out of line: no light
+    (CLOSED, {}, set(ANALYSES) - {"breathing", "sunstar"}),                 # two pinholes, one decentred: no light
     (BESIDE, {"focus_distance": math.inf}, {"spots", "fans", "mtf", "field", "illumination", "bokeh"}),    # no light
     ("lentil-schneider-anamorphic-31-2001", {}, {"seidel", "axial", "illumination"}),
 ])

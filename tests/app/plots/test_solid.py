@@ -92,7 +92,7 @@ def test_a_stopped_down_lens_focuses_the_axis_where_it_is_focused():
 
 
 @pytest.mark.parametrize("change", [{"tilt": 1e-9}, {"film_radius": 1e9}])
-def test_the_surface_before_a_film_out_of_line_is_traced_as_that_of_one_in_line(change):
+def test_the_surface_before_a_tilted_film_is_traced_as_that_of_a_centred_one(change):
     """To 2 % of its depth: the one takes 256 rays of the open stop, the other two rings of the region."""
     line, posed_film = (focused_surface(replace(START, f_number=8.0, **each)) for each in ({}, change))
     here = np.isfinite(line).all(2) & np.isfinite(posed_film).all(2)

@@ -80,6 +80,6 @@ def test_a_film_that_swings_leans_from_above_as_one_that_tilts_does_from_the_sid
     for name in above.points:
         assert above.points[name] == pytest.approx(side.points[name])
     assert math.atan2(*(above.film[1] - above.film[0])) == pytest.approx(0.1)
-    assert np.ptp(in_section(swung).film[:, 0]) == 0.0                     # from the side only the shift is out of line
+    assert np.ptp(in_section(swung).film[:, 0]) == 0.0                     # from the side only the shift moves the film
     assert has_two_sections(swung, TRIPLET) and not has_two_sections(START, TRIPLET)
     assert sketch(START).marks and not sketch(START).unmarked

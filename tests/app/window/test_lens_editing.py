@@ -760,6 +760,6 @@ def test_handles_of_the_section_decentre_and_tilt_a_body_from_both_sides(drive):
         assert state.edit.body is None
         hand.ctx.item_click("**/Edit section")
         hand.ctx.yield_(2)
-        assert not state.above                                  # a lens in line has one section
+        assert not state.above                                  # a centred lens has one section
 
     drive(use, TRIPLET)

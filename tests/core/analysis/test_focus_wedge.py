@@ -138,7 +138,7 @@ def test_ideal_rays_are_in_focus_on_the_conjugate_of_the_film():
     assert expected != pytest.approx(1494.0, rel=1e-3)
 
 
-def test_beyond_a_window_the_hinge_of_a_lens_out_of_line_lies_in_its_wedge_nearest_to_the_axis():
+def test_beyond_a_window_the_hinge_of_a_tilted_lens_lies_in_its_wedge_nearest_to_the_axis():
     lens = lenses.load("pbrt-dgauss-50mm")
     lens = replace(lens, surfaces=tuple(replace(surface, pose=lb.SurfacePose(tilt_x=0.05, tilt_y=0.04, pivot=i))
                                         for i, surface in enumerate(lens.surfaces)))

@@ -1,4 +1,4 @@
-"""A film out of line: its light, its projection, and the plane in focus, against geometry of their own."""
+"""A tilted or shifted film: its light, its projection, and the plane in focus, against geometry of their own."""
 
 import math
 from dataclasses import replace
@@ -222,7 +222,7 @@ def test_a_grid_on_the_plane_of_sharp_focus_is_sharp(pose):
     # The traced lens within a tenth of a pixel, beyond its own aberrations at the same film points
     there, straight = (blur(camera(each, f_number=16.0, focus=1500.0), grid(0.25)) for each in (pose, UPRIGHT))
     assert there.max() < 0.1 + straight.max()
-    # The plane of a film in line is another one
+    # The plane of a centred film is another one
     upright = sharp_focus(camera(UPRIGHT, focus=1500.0), 0.03).plane
     assert abs(sharp_focus(camera(pose, focus=1500.0), 0.03).plane.normal @ upright.normal) < 0.9
 

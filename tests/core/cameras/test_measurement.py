@@ -228,7 +228,7 @@ def test_a_grid_bulges_as_its_radii_do():
 
 
 def test_a_lens_moved_aside_as_a_whole_draws_the_same_grid():
-    """By the search for a lens out of line, of far objects, whose light is the same there."""
+    """By the search for a decentred lens, of far objects, whose light is the same there."""
     lens, film = lenses.load("lentil-nikon-retrofocus-1971"), lb.Film(36.0, 24.0)
     aside = replace(lens, surfaces=tuple(replace(each, pose=lb.SurfacePose(decentre_x=0.7, decentre_y=-0.4))
                                          for each in lens.surfaces))

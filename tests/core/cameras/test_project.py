@@ -69,7 +69,7 @@ def test_the_ray_of_the_film_point_of_a_near_point_meets_it(name):
 
 
 @pytest.mark.parametrize("more", [{}, {"model": "polynomial"}, {"film_pose": lb.FilmPose(tilt=0.05)}],
-                         ids=["trace", "polynomial", "film out of line"])
+                         ids=["trace", "polynomial", "tilted film"])
 def test_points_on_the_axis_out_of_focus_have_their_film_points(more):
     """Their samples lie on the meridian of the film point, where halves of the region meet; most were NaN."""
     taken = lb.LensCamera(lenses.load("pbrt-dgauss-50mm"), lb.Film(36.0, 24.0, 360, 240), 1000.0, 4.0, **more)

@@ -20,7 +20,7 @@ N = 1.5
 PLATE = lb.Lens((lb.Surface(4.0, 20.0, lb.Glass(N), curvature=0.0), lb.Surface(50.0, 20.0, curvature=0.0)), 0)
 GAUSS = lenses.load("pbrt-dgauss-50mm")
 POSES = {0: (0.0, 0.4, 0.0, 0.03), 2: (0.5, -0.3, 0.04, -0.05), 5: (0.0, 0.3, 0.1, 0.0)}
-BODIES = {0: 0, 1: 0, 2: 2, 3: 2, 5: 5}         # surfaces out of line, and about which vertex they turn as one body
+BODIES = {0: 0, 1: 0, 2: 2, 3: 2, 5: 5}         # moved surfaces, and about which vertex they turn as one body
 BENT = replace(GAUSS, surfaces=tuple(
     replace(surface, pose=lb.SurfacePose(*POSES[BODIES[i]], pivot=i - BODIES[i]) if i in BODIES else None)
     for i, surface in enumerate(GAUSS.surfaces)))

@@ -29,10 +29,10 @@ def bundle(lens, angle, count=600, seed=3):
     return origins, np.tile([0.0, np.sin(angle), np.cos(angle)], (count, 1))
 
 
-@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "lib-tronnier-1953", "rf50", "out of line"])
+@pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "lib-tronnier-1953", "rf50", "decentred"])
 def test_paths_and_ends_of_rays_agree_with_the_scalar_tracer(name):
     from tests.core.oracles import lens as reference
-    if name == "out of line":
+    if name == "decentred":
         lens = posed(lenses.load("pbrt-dgauss-50mm"), 2, 4, decentre_y=0.3, tilt_x=0.02, tilt_y=-0.03)
     else:
         lens = reference(name) if name == "rf50" else lenses.load(name)

@@ -87,7 +87,7 @@ def test_the_axis_has_weight_one_and_the_light_of_the_stop_times_the_mean_transm
         1.0 / SHARE, rel=1e-3)
 
 
-def test_cameras_without_a_prescription_and_lenses_out_of_line_have_weight_one_on_the_axis():
+def test_cameras_without_a_prescription_and_tilted_lenses_have_weight_one_on_the_axis():
     uv, middle = lattice(1 << 14), np.full((1 << 14, 2), 32.0)
     lens = with_letter()
     bent = replace(lens.surfaces[2], pose=lb.SurfacePose(decentre_y=0.4, tilt_x=0.01))

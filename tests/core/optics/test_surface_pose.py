@@ -42,7 +42,7 @@ def rays(count=40, reach=3.0):
     (posed(SINGLET, 0, 1, **BENT), [(0.7, -0.4, 0.11, -0.07), (0.0, 0.0, 0.0, 0.0)]),
     (posed(DOUBLET, 4, 5, decentre_y=0.6), [(0, 0, 0, 0), (0, 0, 0, 0), (0.0, 0.6, 0.0, 0.0)]),
     (MIXED, [(0.7, -0.4, 0.11, -0.07), (0, 0, 0, 0), (-0.5, 0.0, 0.0, 0.09)])])
-def test_bodies_out_of_line_agree_with_forty_digits(lens, poses):
+def test_tilted_bodies_agree_with_forty_digits(lens, poses):
     origins, directions = rays(3)
     made = lb.trace(lens, origins, directions, clip=False)
     slopes = made.directions[:, :2] / made.directions[:, 2:]
@@ -98,7 +98,7 @@ def test_a_lens_that_is_dark_along_its_axis_has_the_working_f_number_of_its_ligh
                     lb.Surface(3.0, 12.0, curvature=-1 / 60.0),
                     lb.Surface(3.0, 2.5, curvature=0.0, pose=lb.SurfacePose(decentre_y=5.0)),
                     lb.Surface(0.0, 12.0, curvature=0.0)), 2)
-    away = lb.film_distance(lens.in_line, inf)
+    away = lb.film_distance(lens.centred, inf)
     light = axis_irradiance(lens, away) / away**2
     assert lb.working_f_number(lens, away) == pytest.approx(0.5 * np.sqrt(np.pi / light), rel=0.01)
     closed = replace(lens, surfaces=(*lens.surfaces[:2], replace(lens.surfaces[2], pose=lb.SurfacePose(
@@ -113,12 +113,12 @@ def test_only_the_surface_itself_moves_and_a_body_moves_as_one():
     for made, still in ((lens, SINGLET), (cylindrical, replace(cylindrical, surfaces=tuple(
             replace(s, pose=None) for s in cylindrical.surfaces)))):
         _check_body(made, still)
-    assert lens.vertices == SINGLET.vertices and lens.in_line == SINGLET
+    assert lens.vertices == SINGLET.vertices and lens.centred == SINGLET
 
 
 def _check_body(lens, in_place):
     assert lens.frames[0] is lens.frames[1] and lens.frames[2] is None
-    # In its own frame the body is the lens in line
+    # In its own frame the body is the centred lens
     frame = lens.frames[0]
     origins, directions = rays()
     moved = lb.trace(lens, origins @ frame.rotation.T + frame.shift, directions @ frame.rotation.T, clip=False,
@@ -160,8 +160,8 @@ def test_first_order_data_are_those_of_the_sections_of_a_rolled_surface(roll):
         slope = lb.trace(lens, start, [0.0, 0.0, 1.0]).directions[0, k] / 1e-4
         efl = lb.first_order(lens.section(axis)).efl
         assert slope == pytest.approx(-1.0 / efl, abs=4e-5)     # without the coupling of both sections
-    assert lb.first_order(lens).efl == efl and lens.in_line.is_in_line      # efl of the section y–z
-    first = lens.surfaces[0].in_line
+    assert lb.first_order(lens).efl == efl and lens.centred.is_centred      # efl of the section y–z
+    first = lens.surfaces[0].centred
     assert (first.curvature, first.curvature_x) == pytest.approx((np.cos(roll)**2 / 40.0, np.sin(roll)**2 / 40.0))
     assert lens.surfaces[0].section("y").curvature == 1 / 40.0          # of its own axes
 

@@ -114,7 +114,7 @@ def test_a_fate_is_that_of_the_reference_tracer_surface_by_surface():
 
 
 def test_the_fates_of_a_decentred_lens_are_those_of_the_lens_in_line_beside_it():
-    """Eight pixels of 0.6 mm: rays were aimed at the rear opening in line, wherever the last surface stood."""
+    """Eight pixels of 0.6 mm: rays were aimed at the centred rear aperture, wherever the last surface stood."""
     straight = replace(camera("lv-czj-tessar-50-f28"), f_number=4.0)
     moved = replace(straight, lens=replace(straight.lens, surfaces=tuple(
         replace(surface, pose=lb.SurfacePose(decentre_x=4.8)) for surface in straight.lens.surfaces)))

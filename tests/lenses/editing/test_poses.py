@@ -1,4 +1,4 @@
-"""Places out of line as numbers of an edited lens: bodies move as one, rows keep pivots, the way back is exact."""
+"""Tilts and decentres as numbers of an edited lens: bodies move as one, rows keep pivots, the way back is exact."""
 
 from dataclasses import replace
 

@@ -106,7 +106,7 @@ def bent(lens, first, last, **pose):
 
 @pytest.mark.parametrize("suffix", [".zmx", ".seq", ".toml"])
 @pytest.mark.parametrize("spans", [False, True])
-def test_a_zoom_lens_out_of_line_is_written_in_all_its_positions(suffix, spans, tmp_path):
+def test_a_zoom_lens_tilted_is_written_in_all_its_positions(suffix, spans, tmp_path):
     """The group between two varying gaps, or a body with such a gap within it, against rays of each position."""
     lens = zoom_lens()
     first, gap = lens.positions.gaps[0] + 1, lens.positions.gaps[1]
@@ -131,7 +131,7 @@ def test_a_zoom_lens_out_of_line_is_written_in_all_its_positions(suffix, spans, 
 
 
 def test_a_body_of_a_zoom_lens_moves_with_its_gaps():
-    """At every position, the lens out of line is the lens of that position, alone, put out of line."""
+    """At every position, the tilted lens is the lens of that position, alone, tilted."""
     lens = zoom_lens()
     first, last = lens.positions.gaps[0] + 1, lens.positions.gaps[1]
     pose = {"decentre_x": 0.2, "tilt_y": 0.03}
@@ -146,7 +146,7 @@ def test_a_body_of_a_zoom_lens_moves_with_its_gaps():
 def test_a_tilt_among_the_properties_of_a_surface_is_refused_at_its_line():
     still, tilted = (f"SCBD 1 0 0 0.0 0.0 {angle} 0.0 0.0" for angle in ("0.0", "9.0E+00"))
     lens = zemax(FRONT, f"{REAR.format(gap=40)}; {still}", IMAGE)
-    assert lens.is_in_line and not any("SCBD" in finding.message for finding in lens.findings)
+    assert lens.is_centred and not any("SCBD" in finding.message for finding in lens.findings)
     with pytest.raises(lenses.LensFileError, match=r"SURF 2: a tilt or decentre .*\(SCBD\) is not read") as caught:
         zemax(FRONT, f"{REAR.format(gap=40)}; {tilted}", IMAGE)
     assert caught.value.line == HEAD.count("\n") + 2 + FRONT.count("; ") + 2 + 4
@@ -193,7 +193,7 @@ def test_breaks_of_zemax_are_right_handed_turns_after_the_decentre_or_in_reverse
     assert_stands(lens, 0, (0.0, 0.0, 0.0), np.eye(3))
     assert_stands(lens, 1, place + 2.0 * axes[2], axes)
     assert_stands(lens, 2, place + 5.0 * axes[2], axes)
-    assert lens.length + lens.surfaces[-1].thickness == pytest.approx(7.0 + 9.0, abs=1e-9)      # the image in line
+    assert lens.length + lens.surfaces[-1].thickness == pytest.approx(7.0 + 9.0, abs=1e-9)      # the centred image
 
 
 def test_a_break_of_zemax_with_order_1_tilts_first():
@@ -290,7 +290,7 @@ def test_rolled_cylinders_are_written_with_their_element_and_read_with_the_same_
 def test_a_roll_of_codev_is_right_handed_and_turns_a_cylinder_alone():
     lens = codev("  CDE 20; DAR", "S -0.02 40", "  AAS", "  CUX 0.0", "  CIR 5", "  CDE 30; DAR", "SI")
     assert lens.surfaces[0].pose is None                        # round, and no body with the cylinder
-    assert replace(lens.surfaces[1].pose, roll=0.0).is_in_line
+    assert replace(lens.surfaces[1].pose, roll=0.0).is_centred
     assert lens.surfaces[1].pose.roll == pytest.approx(radians(30.0), abs=1e-12)
 
 

@@ -61,7 +61,7 @@ def test_a_picture_projects_back_to_its_film_points():
 
 
 @pytest.mark.slow
-def test_blades_close_the_stop_of_a_lens_out_of_line():
+def test_blades_close_the_stop_of_a_tilted_lens():
     round_, bladed = (lb.LensCamera(replace(BENT, blades=blades, blade_reach=1.0), FILM, 2000.0)
                       for blades in (0, 5))
     assert bladed.axis_irradiance / round_.axis_irradiance == pytest.approx(

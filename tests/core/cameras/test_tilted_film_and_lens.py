@@ -1,4 +1,4 @@
-"""A film out of line behind a lens with surfaces out of line, against a vector trace with explicit rigid motions."""
+"""A tilted film behind a lens with tilted surfaces, against a vector trace with explicit rigid motions."""
 
 import math
 from dataclasses import replace
@@ -159,7 +159,7 @@ def test_a_whole_lens_that_is_tilted_is_the_lens_in_line_before_a_film_in_anothe
 def test_the_plane_of_sharp_focus_of_a_tilted_lens_is_that_of_the_closed_form_turned_with_it():
     tilt, turn = 4.0 * DEGREE, -3.0 * DEGREE
     seen = lb.LensCamera(TRIPLET, FILM, 1500.0, 5.6, film_pose=FilmPose(tilt, 0.0))
-    # The lens tilted about the film's middle by −tilt before a film in line: decentred, and a little farther away
+    # The lens tilted about the film's middle by −tilt before a centred film: decentred, and a little farther away
     back = seen.lens.length + seen.film_distance
     turned_lens, last = turned(-tilt, 0.0), len(TRIPLET.surfaces) - 1
     first = turned_lens @ [0.0, 0.0, -back]                                     # the first vertex, camera frame
@@ -172,14 +172,14 @@ def test_the_plane_of_sharp_focus_of_a_tilted_lens_is_that_of_the_closed_form_tu
         assert two.offset == pytest.approx(one.offset, rel=0.003 if name != "plane" else 1e-5)
     assert found.scheimpflug is None and found.plane.distance([turned_lens @ wanted.hinge.point])[0] == pytest.approx(
         0.0, abs=0.01)
-    # A film that swings with the lens out of line about the other axis
+    # A film that swings with the tilted lens about the other axis
     both = lb.LensCamera(posed(TRIPLET, 0, last, tilt_y=turn), FILM, 1500.0, 5.6, film_pose=FilmPose(tilt))
     one = sharp_focus(both, 0.03).plane
     assert abs(one.normal[0]) > 0.02 and abs(one.normal[1]) > 0.2
 
 
 @pytest.mark.parametrize("pose", [FilmPose(), FilmPose(-2.0 * DEGREE, 3.0 * DEGREE)])
-def test_no_other_plane_is_sharper_behind_an_element_out_of_line(pose):
+def test_no_other_plane_is_sharper_behind_a_tilted_element(pose):
     """By the beams of the camera's rays near the axis: every plane turned by 10°, or moved by 1 %, is worse."""
     cam = lb.LensCamera(posed(TRIPLET, 2, 3, tilt_x=0.02, tilt_y=-0.01, decentre_y=0.1), FILM, 1500.0, 22.0,
                         film_pose=pose)
@@ -205,7 +205,7 @@ def test_no_other_plane_is_sharper_behind_an_element_out_of_line(pose):
         assert blur(normal, normal @ middle) > least
     for nearer in (0.99, 1.01):
         assert blur(plane.normal, nearer * plane.offset) > least
-    assert abs(plane.normal[2]) < 0.5 or not pose.is_upright                # far from that of the lens in line
+    assert abs(plane.normal[2]) < 0.5 or not pose.is_upright                # far from that of the centred lens
 
 
 @pytest.mark.parametrize("pose", [POSED, CURVED])
@@ -249,7 +249,7 @@ def irradiance(cam: lb.LensCamera, at) -> float:
     return float(dense * cam.film_distance**2 / cam.axis_irradiance)
 
 
-def test_a_film_out_of_line_behind_cylinders_gets_the_light_of_their_trace():
+def test_a_tilted_film_behind_cylinders_gets_the_light_of_their_trace():
     lens, pose = lenses.load("lentil-schneider-anamorphic-31-2001"), FilmPose(5.0 * DEGREE, 4.0 * DEGREE, 1.0, 2.0)
     cam = lb.LensCamera(lens, lb.Film(24.0, 16.0, 360, 240), 4000.0, film_pose=pose)
     for at in RASTERS:
@@ -258,7 +258,7 @@ def test_a_film_out_of_line_behind_cylinders_gets_the_light_of_their_trace():
 
 
 @pytest.mark.parametrize("zoom", [0.0, 0.5, 1.0])
-def test_each_position_of_a_zoom_lens_out_of_line_has_the_light_of_its_trace(zoom):
+def test_each_position_of_a_tilted_zoom_lens_has_the_light_of_its_trace(zoom):
     lens = lenses.load("lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed")
     first, last = lens.positions.gaps[0] + 1, lens.positions.gaps[1]        # the group between two varying gaps
     bent = posed(lens, first, last, decentre_x=0.5, tilt_x=0.02).at(zoom=zoom)
