@@ -258,8 +258,8 @@ class FilmPose:
             raise FilmError(f"radius {significant(self.radius)} mm of the film: the corners lie "
                             f"{significant(STEEPEST_SIDE * least, 3)} mm from its middle, which needs at least "
                             f"{significant(least, 3)} mm")
-        part = np.linspace(-0.5, 0.5, ACROSS)
-        over = np.stack(np.meshgrid(part * width, part * height), -1).reshape(-1, 2)
+        fractions = np.linspace(-0.5, 0.5, ACROSS)
+        over = np.stack(np.meshgrid(fractions * width, fractions * height), -1).reshape(-1, 2)
         return np.concatenate([corners, self.points(over)])
 
     @property
@@ -285,7 +285,7 @@ def place_film_point(lanes, p, ints, key):
         x[i], y[i], z[i] = place_on_film(p, x[i], y[i])
 
 
-@stage(part=True)
+@stage(inlined=True)
 def place_on_film(p, u, v):
     """Point (x, y, z) of the camera frame for the film point (u, v), mm; p begins with `FilmPose.numbers`."""
     real = p.dtype.type
@@ -296,7 +296,7 @@ def place_on_film(p, u, v):
             u * p[4] + v * p[7] + sag * p[10])
 
 
-@stage(part=True)
+@stage(inlined=True)
 def film_normal(p, x, y, z):
     """Unit normal (x, y, z) of the film away from the lens at its point (x, y, z), camera frame."""
     c = p[11]

@@ -131,8 +131,8 @@ class Sensor:
         numbers = [np.float32(x) for x in (unit, self.full_well, self.read_noise, most / levels, levels)]
 
         def work(first: int) -> None:
-            part = slice(first, first + PART)
-            _record(values.reshape(-1)[part], out.reshape(-1)[part], begin + first, _normal(),
+            piece = slice(first, first + PART)
+            _record(values.reshape(-1)[piece], out.reshape(-1)[piece], begin + first, _normal(),
                     np.uint32(seed & 0xFFFFFFFF), *numbers)
 
         with ThreadPoolExecutor(os.cpu_count()) as pool:
@@ -162,13 +162,13 @@ def _record(values, out, first, normal, seed, unit, full_well, read_noise, step,
     """
     real = np.float32
     start = mix(uint32(seed * uint32(0x9E3779B9) + uint32(0x51ED270B)))
-    cell, part = uint32(20), real(1.0 / 1048576.0)
+    cell, cell_width = uint32(20), real(1.0 / 1048576.0)
     low, back = np.floor(-real(PEDESTAL) * levels), step / unit
     for i in range(values.size):
         a = mix(uint32(uint32(first + i) * uint32(0x9E3779B9) + start))
         b = mix(uint32(a + uint32(0x85EBCA6B)))
         j, k = a >> cell, b >> cell
-        f, g = real(np.int32(a & uint32(0xFFFFF))) * part, real(np.int32(b & uint32(0xFFFFF))) * part
+        f, g = real(np.int32(a & uint32(0xFFFFF))) * cell_width, real(np.int32(b & uint32(0xFFFFF))) * cell_width
         z = normal[j] + f * (normal[j + 1] - normal[j])
 
         # Electrons of the well

@@ -182,12 +182,12 @@ def shortest_arc(p, q) -> tuple[np.ndarray, float]:
     return rotation[1:] / length if length > 0.0 else np.zeros(3), 2.0 * math.atan2(length, rotation[0])
 
 
-def slerp(p, q, part) -> np.ndarray:
+def slerp(p, q, fraction) -> np.ndarray:
     """Quaternions (…, 4) at the parts (…) of the shortest arc from p to q, at constant speed: p turned by part of the
     angle.
     """
     axis, angle = shortest_arc(p, q)
-    half = 0.5 * angle * np.asarray(part, float)
+    half = 0.5 * angle * np.asarray(fraction, float)
     c, s = np.cos(half)[..., None], np.sin(half)[..., None]
     p = np.asarray(p, float)
     return c * p + s * quaternion_product(p, np.array([0.0, *axis]))
@@ -259,15 +259,15 @@ class AnimatedTransform:
         end_time.
         """
         when = np.asarray(seconds, float)
-        part = np.clip((when - self.start_time) / (self.end_time - self.start_time), 0.0, 1.0)
+        fraction = np.clip((when - self.start_time) / (self.end_time - self.start_time), 0.0, 1.0)
         (place0, turn0, stretch0), (place1, turn1, stretch1) = self.parts
-        f = part[..., None]
-        matrix = np.zeros((*part.shape, 4, 4))
-        matrix[..., :3, :3] = rotation_matrix(slerp(turn0, turn1, part)) @ (
+        f = fraction[..., None]
+        matrix = np.zeros((*fraction.shape, 4, 4))
+        matrix[..., :3, :3] = rotation_matrix(slerp(turn0, turn1, fraction)) @ (
             stretch0 + f[..., None] * (stretch1 - stretch0))
         matrix[..., :3, 3] = place0 + f * (place1 - place0)
         matrix[..., 3, 3] = 1.0
-        early, late = (part <= 0.0)[..., None, None], (part >= 1.0)[..., None, None]
+        early, late = (fraction <= 0.0)[..., None, None], (fraction >= 1.0)[..., None, None]
         return np.where(early, self.start, np.where(late, self.end, matrix))
 
     @cached_property
@@ -327,22 +327,22 @@ def transform_moving_rays(lanes, p, ints, key):
     size, growth, turns, rate, begin = p[SCALE], p[GROWTH], p[TURNS], p[RATE], p[BEGIN]
     for i in range(B):
         # Part of the motion at TIME
-        part = time[i] * rate + begin
-        part = part if part > real(0) else real(0)
-        part = part if part < real(1) else real(1)
+        fraction = time[i] * rate + begin
+        fraction = fraction if fraction > real(0) else real(0)
+        fraction = fraction if fraction < real(1) else real(1)
 
         # Rotation at TIME
-        s, v = sine_versine(real, part * turns)
+        s, v = sine_versine(real, fraction * turns)
         r00, r01, r02 = r[0] + s * ra[0] + v * raa[0], r[1] + s * ra[1] + v * raa[1], r[2] + s * ra[2] + v * raa[2]
         r10, r11, r12 = r[3] + s * ra[3] + v * raa[3], r[4] + s * ra[4] + v * raa[4], r[5] + s * ra[5] + v * raa[5]
         r20, r21, r22 = r[6] + s * ra[6] + v * raa[6], r[7] + s * ra[7] + v * raa[7], r[8] + s * ra[8] + v * raa[8]
 
         # Transform the ray
-        scale = size + part * growth
+        scale = size + fraction * growth
         px, py, pz, dx, dy, dz = x[i] * scale, y[i] * scale, z[i] * scale, l[i], m[i], n[i]
-        x[i] = r00 * px + r01 * py + r02 * pz + (x0 + part * x1)
-        y[i] = r10 * px + r11 * py + r12 * pz + (y0 + part * y1)
-        z[i] = r20 * px + r21 * py + r22 * pz + (z0 + part * z1)
+        x[i] = r00 * px + r01 * py + r02 * pz + (x0 + fraction * x1)
+        y[i] = r10 * px + r11 * py + r12 * pz + (y0 + fraction * y1)
+        z[i] = r20 * px + r21 * py + r22 * pz + (z0 + fraction * z1)
         l[i] = r00 * dx + r01 * dy + r02 * dz
         m[i] = r10 * dx + r11 * dy + r12 * dz
         n[i] = r20 * dx + r21 * dy + r22 * dz

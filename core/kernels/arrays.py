@@ -29,7 +29,7 @@ def address(array: np.ndarray) -> int:
 
 
 @intrinsic
-def borrowed(typing, place, count, kind):
+def borrowed(typing, pointer, count, kind):
     """The `count` numbers of a type (np.float32, np.uint16, …) at an address, as a flat array."""
     number = kind.dtype
     view = types.Array(number, 1, "C", readonly=True)
@@ -47,7 +47,7 @@ def borrowed(typing, place, count, kind):
                        strides=cgutils.pack_array(builder, [whole(number.bitwidth // 8)]))
         return table._getvalue()
 
-    return view(place, count, kind), build
+    return view(pointer, count, kind), build
 
 
 EXPONENT_SCALE = 2.0**112       # value of a half over that of its shifted bits: biases 127 − 15
@@ -77,7 +77,7 @@ def unscaled(typing, number):
 
 
 @intrinsic
-def prefetch(typing, line, place):
+def prefetch(typing, line, pointer):
     """Request the cache line of line[place], an element of a contiguous array, without waiting for it."""
     def build(context, builder, signature, arguments):
         there = builder.gep(context.make_array(signature.args[0])(context, builder, arguments[0]).data, [arguments[1]])
@@ -91,12 +91,12 @@ def prefetch(typing, line, place):
 
 
 @intrinsic
-def texel_sum(typing, numbers, places, down, across, at):
-    """Weighted sum of 4 × 4 texels, and the greatest distance of their fourth numbers from `at`.
+def texel_sum(typing, numbers, places, down, across, depth):
+    """Weighted sum of 4 × 4 texels, and the greatest distance of their fourth numbers from `depth`.
 
     numbers: half floats as bits, four to a texel. places (4): index of the first number of each line of four texels.
     down, across (4): float32 weights of lines and columns. → Σ down · across · texel (three numbers) and
-    max |fourth − at|, all short of EXPONENT_SCALE. Numba does not vectorise such sums over 16 numbers by itself.
+    max |fourth − depth|, all short of EXPONENT_SCALE. Numba does not vectorise such sums over 16 numbers by itself.
     """
     def build(context, builder, signature, arguments):
         array, *fours, middle = arguments
@@ -106,10 +106,10 @@ def texel_sum(typing, numbers, places, down, across, at):
         whole, real = ir.VectorType(ir.IntType(32), 16), ir.VectorType(ir.FloatType(), 16)
 
         def spread(scalars) -> ir.Value:
-            found = ir.Constant(real, ir.Undefined)
+            vector = ir.Constant(real, ir.Undefined)
             for lane in range(16):
-                found = builder.insert_element(found, scalars[lane // 4], ir.Constant(ir.IntType(32), lane))
-            return found
+                vector = builder.insert_element(vector, scalars[lane // 4], ir.Constant(ir.IntType(32), lane))
+            return vector
 
         def picked(vector, lanes) -> ir.Value:
             mask = ir.Constant(ir.VectorType(ir.IntType(32), len(lanes)), list(lanes))
@@ -124,10 +124,10 @@ def texel_sum(typing, numbers, places, down, across, at):
             there = builder.bitcast(builder.gep(bits, [place]), half.as_pointer())
             line = builder.bitcast(builder.shl(builder.zext(builder.load(there, align=2), whole),
                                                ir.Constant(whole, [13] * 16)), real)
-            part = builder.fmul(line, spread([row] * 4), flags=("contract",))
+            term = builder.fmul(line, spread([row] * 4), flags=("contract",))
             off = builder.fsub(line, away)
             off = larger(off, builder.fneg(off))
-            summed = part if summed is None else builder.fadd(summed, part, flags=("contract",))
+            summed = term if summed is None else builder.fadd(summed, term, flags=("contract",))
             farthest = off if farthest is None else larger(farthest, off)
         weighed = builder.fmul(summed, spread(columns))
         eight = builder.fadd(picked(weighed, range(8)), picked(weighed, range(8, 16)))

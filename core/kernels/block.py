@@ -56,8 +56,8 @@ class Packed(NamedTuple):
 
 def join(*parts: Packed) -> Packed:
     """The parameters of all parts, one after the other, and their integers."""
-    return Packed(np.concatenate([np.zeros(0), *(part.parameters for part in parts)]),
-                  np.concatenate([np.zeros(0, np.int64), *(np.asarray(part.integers, np.int64) for part in parts)]))
+    return Packed(np.concatenate([np.zeros(0), *(packed.parameters for packed in parts)]),
+                  np.concatenate([np.zeros(0, np.int64), *(np.asarray(packed.integers, np.int64) for packed in parts)]))
 
 
 def offsets(*widths: int) -> tuple[int, ...]:
@@ -135,21 +135,21 @@ class Step(NamedTuple):
     lights: bool = False
 
 
-def stage(kernel=None, *, part=False, allocates=False):
+def stage(kernel=None, *, inlined=False, allocates=False):
     """A stage compiled for speed, in which NaN and infinity keep their meaning.
 
     One that was typed at a prompt or in a notebook is compiled once in every session; the others are cached.
-    part: a function that stages call, which becomes a part of their code. Without it a process that compiled the
+    inlined: a function that stages call, which becomes a part of their code. Without it a process that compiled the
     function by itself calls that code, rounded otherwise in the last place than the copy that the stage carries.
     allocates: the stage makes arrays of its own (np.empty, an array expression), as those of users may. For all other
     stages numba counts no references to arrays (`_nrt`), a fourteenth of the time to compile them.
     """
     if kernel is None:
-        return partial(stage, part=part, allocates=allocates)
+        return partial(stage, inlined=inlined, allocates=allocates)
     kept = Path(kernel.__code__.co_filename).is_file()
     own = kernel.__module__.partition(".")[0] == __name__.partition(".")[0]
     return njit(fastmath={"contract", "nsz", "arcp"}, error_model="numpy", nogil=True, cache=kept,
-                forceinline=part, _nrt=allocates or not own)(kernel)
+                forceinline=inlined, _nrt=allocates or not own)(kernel)
 
 
 def lane_buffer(real=np.float32) -> np.ndarray:
@@ -220,15 +220,15 @@ def weigh_four(typing, table, places, shares):
         data = make_array(signature.args[0])(context, builder, arguments[0]).data
         total = None
         for k in range(4):
-            at = builder.zext(builder.extract_value(arguments[1], k), ir.IntType(64))
-            found = builder.load(builder.bitcast(builder.gep(data, [at]), four.as_pointer()), align=size)
+            offset = builder.zext(builder.extract_value(arguments[1], k), ir.IntType(64))
+            texel = builder.load(builder.bitcast(builder.gep(data, [offset]), four.as_pointer()), align=size)
             share, spread = builder.extract_value(arguments[2], k), ir.Constant(four, ir.Undefined)
             for i in range(4):
                 spread = builder.insert_element(spread, share, ir.Constant(ir.IntType(32), i))
-            part = builder.fmul(spread, found, flags=("contract", "nsz"))
-            total = part if total is None else builder.fadd(total, part, flags=("contract", "nsz"))
-        each = [builder.extract_element(total, ir.Constant(ir.IntType(32), i)) for i in range(4)]
-        return context.make_tuple(builder, signature.return_type, each)
+            term = builder.fmul(spread, texel, flags=("contract", "nsz"))
+            total = term if total is None else builder.fadd(total, term, flags=("contract", "nsz"))
+        elements = [builder.extract_element(total, ir.Constant(ir.IntType(32), i)) for i in range(4)]
+        return context.make_tuple(builder, signature.return_type, elements)
 
     return types.UniTuple(number, 4)(table, places, shares), build
 
@@ -247,18 +247,18 @@ def gather(typing, out, table, index):
         width, size, word = 512 // bits, bits // 8, ir.IntType(32)
         o, t, x = (make_array(kind)(context, builder, value).data
                    for kind, value in zip(signature.args, arguments, strict=True))
-        many, chosen = ir.VectorType(number, width), ir.VectorType(ir.IntType(1), width)
+        vector, chosen = ir.VectorType(number, width), ir.VectorType(ir.IntType(1), width)
         places = ir.VectorType(t.type, width)
-        fetch = cgutils.get_or_insert_function(builder.module, ir.FunctionType(many, [places, word, chosen, many]),
+        fetch = cgutils.get_or_insert_function(builder.module, ir.FunctionType(vector, [places, word, chosen, vector]),
                                                f"llvm.masked.gather.v{width}f{bits}.v{width}p0")
         with cgutils.for_range(builder, context.get_constant(types.intp, B // width)) as loop:
-            at = builder.mul(loop.index, context.get_constant(types.intp, width))
-            wanted = builder.load(builder.bitcast(builder.gep(x, [at]), many.as_pointer()), align=size)
-            address = _Addresses(builder.block, number, t, builder.fptosi(wanted, ir.VectorType(word, width)))
+            offset = builder.mul(loop.index, context.get_constant(types.intp, width))
+            indices = builder.load(builder.bitcast(builder.gep(x, [offset]), vector.as_pointer()), align=size)
+            address = _Addresses(builder.block, number, t, builder.fptosi(indices, ir.VectorType(word, width)))
             builder._insert(address)
-            found = builder.call(fetch, [address, word(size), ir.Constant(chosen, [1] * width),
-                                         ir.Constant(many, ir.Undefined)])
-            builder.store(found, builder.bitcast(builder.gep(o, [at]), many.as_pointer()), align=size)
+            values = builder.call(fetch, [address, word(size), ir.Constant(chosen, [1] * width),
+                                         ir.Constant(vector, ir.Undefined)])
+            builder.store(values, builder.bitcast(builder.gep(o, [offset]), vector.as_pointer()), align=size)
         return context.get_dummy_value()
 
     return types.none(out, table, index), build

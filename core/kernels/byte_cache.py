@@ -43,7 +43,7 @@ class ByteCache(Generic[Given, Value]):
     @property
     def held(self) -> int:
         """Bytes of all buffers of all values and arguments."""
-        return total(held for _, held in self._kept.values())
+        return total(sizes for _, sizes in self._kept.values())
 
     def cache_clear(self) -> None:
         """Forget all values."""
@@ -67,32 +67,32 @@ def byte_cache(most_bytes: int, most: int,
 def total(parts: Iterable[dict[int, int]]) -> int:
     """Bytes of the `buffers` of several values; a shared one counts once."""
     together: dict[int, int] = {}
-    for part in parts:
-        together.update(part)
+    for sizes in parts:
+        together.update(sizes)
     return sum(together.values())
 
 
 def buffers(root: Any) -> dict[int, int]:
     """Bytes of each array and `bytes` that a value of this package reaches, by the identity of the buffer."""
-    found: dict[int, int] = {}
-    seen: set[int] = set()
+    sizes: dict[int, int] = {}
+    visited: set[int] = set()
     waiting = [root]
     while waiting:                          # tens of thousands of turns for a large scene
         value = waiting.pop()
         kind = type(value)
-        if kind in PLAIN or id(value) in seen:
+        if kind in PLAIN or id(value) in visited:
             continue
-        seen.add(id(value))
+        visited.add(id(value))
         if isinstance(value, np.ndarray):
             while isinstance(value.base, np.ndarray):
                 value = value.base
-            found[id(value.base if isinstance(value.base, bytes) else value)] = value.nbytes
+            sizes[id(value.base if isinstance(value.base, bytes) else value)] = value.nbytes
         elif isinstance(value, bytes):
-            found[id(value)] = len(value)
+            sizes[id(value)] = len(value)
         elif isinstance(value, (tuple, list, set, frozenset)):      # noqa: UP038 — a union is slower
             waiting += value
         elif isinstance(value, dict):
             waiting += value.values()
         elif kind.__module__.startswith("lensbench"):
             waiting += getattr(value, "__dict__", {}).values()
-    return {place: size for place, size in found.items() if size >= SMALL}
+    return {buffer: size for buffer, size in sizes.items() if size >= SMALL}

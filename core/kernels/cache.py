@@ -118,11 +118,11 @@ class KernelCache(caching.FunctionCache):
         if not self._impl.check_cachable(data):
             return
         path = self.path(sig, data.codegen)
-        part = path.with_suffix(f".{os.getpid()}.part")
+        temporary = path.with_suffix(f".{os.getpid()}.part")
         with suppress(OSError):             # a full disk, or one that is read only by now: this process has the code
-            part.touch(0o600)
-            part.write_bytes(_sealed(path.name, serialize.dumps(self._impl.reduce(data))))
-            part.replace(path)
+            temporary.touch(0o600)
+            temporary.write_bytes(_sealed(path.name, serialize.dumps(self._impl.reduce(data))))
+            temporary.replace(path)
             for old in sorted(self._files(), key=_last_use, reverse=True)[KEPT:]:
                 old.unlink(missing_ok=True)
 
@@ -260,7 +260,7 @@ def _without_c_wrapper(compiler: Any, flags: Any) -> Any:
 
 def _call_type(function: Any, context: Any, arguments: Any, named: Any) -> Any:
     """`BaseFunction.get_call_type`, which remembers what it found for numbers: it tries all of numpy's functions."""
-    if named or not all(isinstance(each, types.Number | types.Boolean) for each in arguments):
+    if named or not all(isinstance(argument, types.Number | types.Boolean) for argument in arguments):
         return _numba_call_type(function, context, arguments, named)
     known = vars(function).setdefault("_lensbench_known", {})
     if arguments not in known:
@@ -296,9 +296,9 @@ def _open_folder() -> Path:
         atexit.register(shutil.rmtree, kernels, ignore_errors=True)
         return kernels
     with suppress(OSError):
-        for part in kernels.glob("*.part"):             # of a process that was ended while it wrote
-            if time.time() - _last_use(part) > DAY:
-                part.unlink(missing_ok=True)
+        for leftover in kernels.glob("*.part"):             # of a process that was ended while it wrote
+            if time.time() - _last_use(leftover) > DAY:
+                leftover.unlink(missing_ok=True)
         for old in home.iterdir():
             if re.fullmatch("[0-9a-f]{16}", old.name) and time.time() - _last_use(old) > DAY:
                 shutil.rmtree(old, ignore_errors=True)
@@ -319,7 +319,7 @@ def _choose_level() -> str:
         return ""
     features, asked = binding.get_host_cpu_features(), os.environ.get("LENSBENCH_LEVEL")
     for name, (needed, options) in LEVELS.items():
-        if name == asked or not asked and all(features.get(each) for each in needed.split()):
+        if name == asked or not asked and all(features.get(feature) for feature in needed.split()):
             numba.config.CPU_NAME, numba.config.CPU_FEATURES = name, options
             return name
     return ""

@@ -61,16 +61,16 @@ _PACKAGE = __name__.split(".")[0]
 
 def version(function: FunctionType) -> str:
     """Version of a function that numba compiles or compiled: 16 hex digits."""
-    found: dict[FunctionType, str] = {}
+    digests: dict[FunctionType, str] = {}
     own = function.__globals__.get(function.__name__)
     options = _options(own.targetoptions) if isinstance(own, dispatcher.Dispatcher) else ""
     waiting = [function]
     while waiting:
-        each = waiting.pop()
-        if each not in found:
-            found[each], called = _alone(each)
+        callee = waiting.pop()
+        if callee not in digests:
+            digests[callee], called = _alone(callee)
             waiting += called
-    return digest(COMPILERS, FORMAT, options, *sorted(found.values()))
+    return digest(COMPILERS, FORMAT, options, *sorted(digests.values()))
 
 
 @cache
@@ -172,20 +172,20 @@ class CodeReducer(caching.CompileResultCacheImpl):
         entries = (described.llvm_func_name, described.llvm_cpython_wrapper_name,
                    described.llvm_cfunc_wrapper_name)
         library = _StoredLibrary(generator, name, *codes, entries)      # type: ignore[call-arg]
-        environments = tuple(_environment(*each) for each in constants)   # kept by the result: code has addresses only
+        environments = tuple(_environment(*one) for one in constants)   # kept by the result: code has addresses only
         result = compiler.CompileResult(
             target_context=target_context, typing_context=target_context.typing_context, library=library,
             environment=environment, entry_point=target_context.get_executable(library, described, environment),
             fndesc=described, type_annotation=typed, signature=signature, objectmode=in_objects, lifted=lifted,
             typing_error=None, call_helper=None, metadata=None, reload_init=begin, referenced_envs=environments)
-        for each in environments:
-            generator.set_env(each.env_name, each)
+        for one in environments:
+            generator.set_env(one.env_name, one)
         return result
 
     def reduce(self, cres: Any) -> tuple[Any, ...]:
         """What can be pickled, without the source that numba annotates with types: half of a file, and never read."""
         *parts, environments = super().reduce(cres._replace(type_annotation=""))
-        return *parts, tuple((each.globals["__name__"], each.consts, each.env_name) for each in environments)
+        return *parts, tuple((one.globals["__name__"], one.consts, one.env_name) for one in environments)
 
     def check_cachable(self, cres: Any) -> bool:
         """Whether the code refers to no address of this process."""

@@ -41,23 +41,23 @@ class _Vectors:
         everywhere = ir.Constant(ir.VectorType(ir.IntType(32), self.count), [0] * self.count)
         return self.builder.shuffle_vector(one, one, everywhere)
 
-    def load(self, data, place) -> ir.Value:
-        there = self.builder.bitcast(self.builder.gep(data, [place]), self.stored.as_pointer())
-        found = self.builder.load(there, align=4)
-        return found if self.vector == self.stored else self.builder.fpext(found, self.vector)
+    def load(self, data, index) -> ir.Value:
+        there = self.builder.bitcast(self.builder.gep(data, [index]), self.stored.as_pointer())
+        loaded = self.builder.load(there, align=4)
+        return loaded if self.vector == self.stored else self.builder.fpext(loaded, self.vector)
 
-    def spread_from(self, data, place) -> ir.Value:
+    def spread_from(self, data, index) -> ir.Value:
         """One number of a table, in all places of a vector."""
-        found = self.builder.load(self.builder.gep(data, [place]))
-        return self.spread(found if self.scalar == ir.FloatType() else self.builder.fpext(found, self.scalar))
+        loaded = self.builder.load(self.builder.gep(data, [index]))
+        return self.spread(loaded if self.scalar == ir.FloatType() else self.builder.fpext(loaded, self.scalar))
 
     def load_row(self, data, number) -> ir.Value:
         """A row of rays in their own type."""
         there = self.builder.gep(data, [ir.Constant(ir.IntType(64), number * self.count)])
         return self.builder.load(self.builder.bitcast(there, self.vector.as_pointer()), align=4)
 
-    def store(self, value, data, place) -> None:
-        there = self.builder.bitcast(self.builder.gep(data, [place]), self.vector.as_pointer())
+    def store(self, value, data, index) -> None:
+        there = self.builder.bitcast(self.builder.gep(data, [index]), self.vector.as_pointer())
         self.builder.store(value, there, align=4)
 
     def add(self, a, b) -> ir.Value:
@@ -101,8 +101,8 @@ def _data(context, builder, kind, value) -> ir.Value:
 
 
 @intrinsic
-def boxes_met(typing, nodes, first, near, origin, inverse, most, found):
-    """Bits of the boxes of a node that a ray enters before `most`; found[0 … 7]: where it enters them, at least 0.
+def boxes_met(typing, nodes, first, near, origin, inverse, most, distances):
+    """Bits of the boxes of a node that a ray enters before `most`; distances[0 … 7]: where it enters them, at least 0.
 
     nodes: float32; first: of the numbers of the node; near: offsets of the sides that the ray meets first, 0 or WIDTH
     each; origin, inverse: of the ray, inverse components of its direction; three numbers each.
@@ -110,16 +110,16 @@ def boxes_met(typing, nodes, first, near, origin, inverse, most, found):
     real = most
 
     def build(context, builder, signature, arguments):
-        table, place, near_, origin_, inverse_, most_, found_ = arguments
+        table, node, near_, origin_, inverse_, most_, distances_ = arguments
         data = _data(context, builder, signature.args[0], table)
-        out = _data(context, builder, signature.args[6], found_)
+        out = _data(context, builder, signature.args[6], distances_)
         of = _Vectors(context, builder, real)
         begin, end = of.constant(0.0), of.spread(most_)
         for axis in range(3):
             start, per = (of.spread(builder.extract_value(three, axis)) for three in (origin_, inverse_))
             offset = builder.extract_value(near_, axis)
             word = offset.type
-            row = builder.add(place, ir.Constant(word, 2 * WIDTH * axis))
+            row = builder.add(node, ir.Constant(word, 2 * WIDTH * axis))
             close = of.load(data, builder.add(row, offset))
             far = of.load(data, builder.add(row, builder.sub(ir.Constant(word, WIDTH), offset)))
             begin = of.larger(of.mul(of.sub(close, start), per), begin)
@@ -128,14 +128,14 @@ def boxes_met(typing, nodes, first, near, origin, inverse, most, found):
         return of.mask(builder.fcmp_ordered("<=", begin, of.mul(end, of.constant(WIDER))))
 
     three = types.UniTuple(real, 3)
-    return types.int32(nodes, types.intp, types.UniTuple(types.intp, 3), three, three, real, found), build
+    return types.int32(nodes, types.intp, types.UniTuple(types.intp, 3), three, three, real, distances), build
 
 
 @intrinsic
-def box_met(typing, nodes, place, near, group):
+def box_met(typing, nodes, box, near, group):
     """Bits of the rays of a group that enter one box before their MOST; the least distance at which one enters it.
 
-    nodes: float32; place: of the least x of the box; near: offsets of the sides that all rays meet first, 0 or WIDTH
+    nodes: float32; box: of the least x of the box; near: offsets of the sides that all rays meet first, 0 or WIDTH
     each; group: rows of the rays, of which ORIGIN, INVERSE and MOST are read. Distances are rounded as in `boxes_met`.
     """
     real = group.dtype
@@ -163,23 +163,23 @@ def box_met(typing, nodes, place, near, group):
 
 
 @intrinsic
-def triangles_met(typing, leaves, first, origin, direction, least, most, found):
+def triangles_met(typing, leaves, first, origin, direction, least, most, distances):
     """Bits of the triangles of a leaf that a ray meets between `least` and `most`, from either side.
 
-    found: distances, then the weights of the second and the third corners, eight each. A ray through an edge meets one
+    distances: then the weights of the second and the third corners, eight each. A ray through an edge meets one
     of the two triangles there: each compares the ray with the edge by the same products (Plücker coordinates, as
     Embree's; Davis 2013, watertight for one order of corners).
     """
     real = most
 
     def build(context, builder, signature, arguments):
-        table, place, origin_, direction_, least_, most_, found_ = arguments
+        table, leaf, origin_, direction_, least_, most_, distances_ = arguments
         data = _data(context, builder, signature.args[0], table)
-        out = _data(context, builder, signature.args[6], found_)
+        out = _data(context, builder, signature.args[6], distances_)
         of = _Vectors(context, builder, real)
         start = [of.spread(builder.extract_value(origin_, axis)) for axis in range(3)]
         way = [of.spread(builder.extract_value(direction_, axis)) for axis in range(3)]
-        a, b, c = ([of.sub(of.load(data, builder.add(place, ir.Constant(ir.IntType(64), WIDTH * (3 * corner + axis)))),
+        a, b, c = ([of.sub(of.load(data, builder.add(leaf, ir.Constant(ir.IntType(64), WIDTH * (3 * corner + axis)))),
                            start[axis]) for axis in range(3)] for corner in range(3))
 
         def edge(p, q) -> ir.Value:
@@ -207,15 +207,15 @@ def triangles_met(typing, leaves, first, origin, direction, least, most, found):
         return of.mask(inside)
 
     three = types.UniTuple(real, 3)
-    return types.int32(leaves, types.intp, three, three, real, real, found), build
+    return types.int32(leaves, types.intp, three, three, real, real, distances), build
 
 
 @intrinsic
 def lowest_bit(typing, mask):
     """Number of the lowest bit of a mask that is not 0."""
     def build(context, builder, signature, arguments):
-        found = builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
-        return builder.zext(found, cgutils.intp_t)
+        count = builder.cttz(arguments[0], ir.Constant(ir.IntType(1), 1))
+        return builder.zext(count, cgutils.intp_t)
 
     return types.intp(types.int32), build
 

@@ -20,24 +20,24 @@ def never() -> bool:
 
 def due() -> Callable[[], bool]:
     """Tells, from any thread, whether the computation of the current thread shall pause."""
-    found: Callable[[], bool] = getattr(_thread, "due", never)
-    return found
+    predicate: Callable[[], bool] = getattr(_thread, "due", never)
+    return predicate
 
 
-def pause(wanted: Callable[[], bool] | None = None) -> None:
+def pause(is_due: Callable[[], bool] | None = None) -> None:
     """Wait as long as the computation of this thread shall pause.
 
     wanted: in a thread that helps another one, what `due` returned there.
     """
-    wanted = wanted or due()
-    while wanted():
+    is_due = is_due or due()
+    while is_due():
         sleep(LOOK)
 
 
 @contextmanager
-def pausing(wanted: Callable[[], bool]) -> Iterator[None]:
+def pausing(is_due: Callable[[], bool]) -> Iterator[None]:
     """Let the computations of this thread pause while `wanted` is true; it is called from other threads too."""
-    former, _thread.due = due(), wanted
+    former, _thread.due = due(), is_due
     try:
         yield
     finally:

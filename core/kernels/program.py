@@ -154,7 +154,7 @@ class Program:
                          np.array([step.gated for step in steps], np.bool_),
                          np.array([step.lights for step in steps], np.bool_),
                          np.concatenate([*numbers, np.zeros(1, real)]), np.concatenate([*integers, [0]]),
-                         np.array([np.cumsum([0] + [part.size for part in parts]) for parts in (numbers, integers)]))
+                         np.array([np.cumsum([0] + [row.size for row in parts]) for parts in (numbers, integers)]))
 
     def expose(self, film: np.ndarray, lanes: np.ndarray, first: int, last: int, sample: int | np.ndarray,
                samples: int | np.ndarray, seed: np.uint32, origin: int = 0, weight: float | np.ndarray = 1.0) -> None:
@@ -163,24 +163,24 @@ class Program:
         sample, samples, and the weight of each in the sums: numbers, or arrays (last − first,) with one for each block.
         origin: the block that is the first one in `film`.
         """
-        each = np.empty((2, last - first), np.int64)
+        spans = np.empty((2, last - first), np.int64)
         weights = np.empty(last - first, self.real)
-        each[0], each[1], weights[:] = sample, samples, weight
-        _expose(film, lanes, self.code, first, last, each, weights, seed, origin)
+        spans[0], spans[1], weights[:] = sample, samples, weight
+        _expose(film, lanes, self.code, first, last, spans, weights, seed, origin)
         if self._called:
             raise_pending()
 
-    def run(self, given: dict[int, np.ndarray], wanted: Sequence[int], n: int) -> np.ndarray:
+    def run(self, inputs: dict[int, np.ndarray], outputs: Sequence[int], n: int) -> np.ndarray:
         """The wanted rows, (len(wanted), n), of n lanes after one run of the steps.
 
-        given: {row: (n,) values}; the other rows begin as in `lane_buffer`. Copies of the
+        inputs: {row: (n,) values}; the other rows begin as in `lane_buffer`. Copies of the
         last lane fill up the last block.
         """
-        table = np.zeros((len(given), n), self.real)
-        for j, values in enumerate(given.values()):
+        table = np.zeros((len(inputs), n), self.real)
+        for j, values in enumerate(inputs.values()):
             table[j] = values
-        out = np.empty((len(wanted), n), self.real)
-        _run(table, np.array(list(given), np.int64), out, np.array(list(wanted), np.int64), lane_buffer(self.real),
+        out = np.empty((len(outputs), n), self.real)
+        _run(table, np.array(list(inputs), np.int64), out, np.array(list(outputs), np.int64), lane_buffer(self.real),
              self.code)
         if self._called:
             raise_pending()
@@ -228,17 +228,17 @@ def _expose(film, lanes, code, first, last, samples, weights, seed, origin):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _run(table, given, out, wanted, lanes, code):
+def _run(table, inputs, out, outputs, lanes, code):
     key = np.zeros(KEYS, np.uint32)
     n = out.shape[1]
     for start in range(0, n, B):
         key[PIXEL] = start
         lanes[:] = 0
         lanes[V0 * PITCH:(V1 + 1) * PITCH] = 0.5
-        for j in range(given.size):
+        for j in range(inputs.size):
             for i in range(B):
-                lanes[given[j] * PITCH + i] = table[j, min(start + i, n - 1)]
+                lanes[inputs[j] * PITCH + i] = table[j, min(start + i, n - 1)]
         run_steps(lanes, code, key)
-        for j in range(wanted.size):
+        for j in range(outputs.size):
             for i in range(min(B, n - start)):
-                out[j, start + i] = lanes[wanted[j] * PITCH + i]
+                out[j, start + i] = lanes[outputs[j] * PITCH + i]

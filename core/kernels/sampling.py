@@ -186,16 +186,16 @@ def sample_pixels(lanes, p, ints, key):
         run = np.uint64(end - column)
         j = np.uint64(line & 63) * _TILE_PITCH + np.uint64(column & 63)
         for q in range(0, min(run, np.uint64(B) - i), CHUNK):
-            at, tile = i + np.uint64(q), j + np.uint64(q)
+            lane, tile = i + np.uint64(q), j + np.uint64(q)
             x0, y0 = real(np.int32(column + q)), real(np.int32(line))
             for e in range(CHUNK):
                 m = np.uint64(e)
                 a, b = _TILE[tile + m], _TILE[tile + m + _TILE_SIZE]
                 c, d = _TILE[tile + m + _TILE_SIZE * np.uint64(2)], _TILE[tile + m + _TILE_SIZE * np.uint64(3)]
-                u0[at + m] = real(np.int32(uint32(a ^ d0) >> _u(8))) * unit
-                u1[at + m] = real(np.int32(uint32(b ^ d1) >> _u(8))) * unit
-                x[at + m] = real(np.int32(e)) + real(np.int32(uint32(c ^ d2) >> _u(8))) * unit + x0
-                y[at + m] = real(np.int32(uint32(d ^ d3) >> _u(8))) * unit + y0
+                u0[lane + m] = real(np.int32(uint32(a ^ d0) >> _u(8))) * unit
+                u1[lane + m] = real(np.int32(uint32(b ^ d1) >> _u(8))) * unit
+                x[lane + m] = real(np.int32(e)) + real(np.int32(uint32(c ^ d2) >> _u(8))) * unit + x0
+                y[lane + m] = real(np.int32(uint32(d ^ d3) >> _u(8))) * unit + y0
         i += run
         strip, left, end, line = next_line(strip, left, end, line, w, h)
         column = left
@@ -262,9 +262,9 @@ def sobol_net(lanes, p, ints, key):
                 start = uint32(start ^ _SOBOL[d, b])
         s = mix(uint32(seed + _u(d) * _u(0x85EBCA6B)))
         odd = uint32((s >> _u(16)) | _u(1))
-        place = np.uint64(d) * np.uint64(B)
+        begin = np.uint64(d) * np.uint64(B)
         for i in range(B):
-            n = _reverse(uint32(_FIRST[place + np.uint64(i)] ^ start))
+            n = _reverse(uint32(_FIRST[begin + np.uint64(i)] ^ start))
             n = uint32(n ^ uint32(n * _u(0x3D20ADEA)))
             n = uint32(n + s)
             n = uint32(n * odd)

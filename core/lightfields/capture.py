@@ -77,11 +77,11 @@ class Recorder:
         before = [Step(place_samples, [fill, left + offset[0], offset[1]])]
         if moment[1] > 1:
             before.append(Step(sample_moment, [1.0 / moment[1], moment[0] / moment[1]]))
-        for sample, many, place in self._samples(first, number):
-            if place not in counted:
-                counted[place] = self._programs(place, before, aim, blocks)
-            for program, _ in counted[place]:
-                program.expose(sums, lanes, 0, blocks, sample, many, seed)
+        for sample, samples, band in self._samples(first, number):
+            if band not in counted:
+                counted[band] = self._programs(band, before, aim, blocks)
+            for program, _ in counted[band]:
+                program.expose(sums, lanes, 0, blocks, sample, samples, seed)
         for programs in counted.values():
             for _, weights in programs:
                 covered += weights / np.float32(len(programs))
@@ -95,14 +95,14 @@ class Recorder:
             return [(first, number, None)]
         return [(sample, 1, spectral_part(sample, self.seed)) for sample in range(first, first + number)]
 
-    def _programs(self, place: int | None, before: list[Step], aim: Callable[[float], list[Step]], blocks: int
+    def _programs(self, band: int | None, before: list[Step], aim: Callable[[float], list[Step]], blocks: int
                   ) -> list[_Counted]:
         """The programs of a part of the spectrum, one for each channel; None: that of the d line."""
         camera, scene = self.camera, self.scene
         timed = camera.moves or scene.moves
         clock = [camera.clock] if timed else []
         after = scene.steps(True, camera.shutter_open, medium=camera.medium)
-        lines = [(D_LINE, [])] if place is None else [(row[place], [channel_step(name)])
+        lines = [(D_LINE, [])] if band is None else [(row[band], [channel_step(name)])
                                                       for name, row in WAVELENGTHS.items()]
         made = []
         for wavelength, channel in lines:
@@ -306,8 +306,8 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
     offsets = spread_offsets(across, down)
     recorder = Recorder(camera, scene, np.uint32(seed & 0xFFFFFFFF))
 
-    def record(place: tuple[int, int], cancelled: Callable[[], bool]) -> None:
-        j, i = place
+    def record(view: tuple[int, int], cancelled: Callable[[], bool]) -> None:
+        j, i = view
         cell = lit_cell(reach, (across, down), (i, j))
         number, first = math.ceil(samples * cell.share / moments), (j * across + i) * samples
 
@@ -317,15 +317,15 @@ def capture_light_field(camera: Camera, scene: Scene, views: tuple[int, int] = (
         for left in range(0, w if number else 0, recorder.width):
             if cancelled():
                 return
-            here, mean = slice(left, min(left + recorder.width, w)), np.zeros((4, h, recorder.width), np.float32)
+            columns, mean = slice(left, min(left + recorder.width, w)), np.zeros((4, h, recorder.width), np.float32)
             for moment in range(moments):
                 strip = recorder.strip(left, aim, FILL, offsets[j, i], first + moment * number, number,
                                        (moment, moments)) * np.float32(cell.share)
                 mean += strip / np.float32(moments)
                 if apart is not None:
-                    apart[moment, j, i, :, :, here] = np.minimum(strip[:3], HIGHEST)[..., :w - left]
-            light[j, i, :, :, here] = np.minimum(mean[:3], HIGHEST)[..., :w - left]
-            coverage[j, i, :, here] = mean[3][..., :w - left]
+                    apart[moment, j, i, :, :, columns] = np.minimum(strip[:3], HIGHEST)[..., :w - left]
+            light[j, i, :, :, columns] = np.minimum(mean[:3], HIGHEST)[..., :w - left]
+            coverage[j, i, :, columns] = mean[3][..., :w - left]
 
     in_parallel(record, list(np.ndindex(down, across)), progress, "capture", threads)
     return of_wide(picture, LightField(camera, reach, light, coverage, FILL, moments=apart))
@@ -354,11 +354,11 @@ def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], ra
     pupil_reach(camera)
     w, h = camera.film.pixels_x, camera.film.pixels_y
     recorder = Recorder(camera, scene, np.uint32(seed & 0xFFFFFFFF))
-    part = Cell((place[0] - radius, place[1] - radius), (2.0 * radius, 2.0 * radius), 1.0)
+    cell = Cell((place[0] - radius, place[1] - radius), (2.0 * radius, 2.0 * radius), 1.0)
     planes = np.zeros((4, h, w), np.float32)
 
     def aim(wavelength: float) -> list[Step]:
-        return [camera.film_step, Step(sample_disk), *cell_steps(camera, part, wavelength)]
+        return [camera.film_step, Step(sample_disk), *cell_steps(camera, cell, wavelength)]
 
     def record(left: int, cancelled: Callable[[], bool]) -> None:
         strip = recorder.strip(left, aim, 1.0, (0.0, 0.0), 0, samples, moment)

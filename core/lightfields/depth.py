@@ -81,26 +81,26 @@ def find_depth(field: LightField, nearest: float | None = None, farthest: float 
             raise LightFieldError("the search for depth was cancelled")
 
     # Sum the variance of the views over the window, for every σ
-    seen = _ShiftedViews(field)
+    views = _ShiftedViews(field)
     costs = np.empty((count, *field.light.shape[3:]), np.float32)
     for k in range(count):
-        costs[k] = seen.variance(sigma[k])
+        costs[k] = views.variance(sigma[k])
         report(0.6 * (k + 1) / count)
-    place, confidence = _best(costs)
+    position, confidence = _best(costs)
 
     # Blend the pictures at the two σ next to each pixel's own
-    picture = np.zeros((*place.shape, 3), np.float32)
+    picture = np.zeros((*position.shape, 3), np.float32)
     for k in range(count):
-        share = np.maximum(1.0 - np.abs(place - k), 0.0)
+        share = np.maximum(1.0 - np.abs(position - k), 0.0)
         if share.any():
-            picture += share[..., None] * seen.radiance(sigma[k])
+            picture += share[..., None] * views.radiance(sigma[k])
         report(0.6 + 0.4 * (k + 1) / count)
-    at = sigma[0] + place * (sigma[1] - sigma[0])
-    found = np.interp(at, shears, per_distance)
-    slope = np.abs(np.interp(at, shears, np.gradient(per_distance, shears)))
+    shear = sigma[0] + position * (sigma[1] - sigma[0])
+    nearness = np.interp(shear, shears, per_distance)
+    slope = np.abs(np.interp(shear, shears, np.gradient(per_distance, shears)))
     with np.errstate(divide="ignore", invalid="ignore"):
-        error = np.where(found > 0.0, slope * SHIFT_ERROR / farthest_view / found**2, math.inf)
-        return Depth((1.0 / found).astype(np.float32), confidence, error.astype(np.float32), picture)
+        error = np.where(nearness > 0.0, slope * SHIFT_ERROR / farthest_view / nearness**2, math.inf)
+        return Depth((1.0 / nearness).astype(np.float32), confidence, error.astype(np.float32), picture)
 
 
 def _table(field: LightField, near: float, far: float) -> tuple[np.ndarray, np.ndarray]:
@@ -158,7 +158,7 @@ class _ShiftedViews:
 def _variance(grey, weight, shifts, out, first, last):
     """Set rows first … last − 1 to the weighted variance over views (n, h, w) read at shifts (n, 2), pixels."""
     n, h, w = grey.shape
-    seen, heavy = np.zeros(w, np.float32), np.zeros(w, np.float32)
+    greys, heavy = np.zeros(w, np.float32), np.zeros(w, np.float32)
     total, linear, square = np.zeros(w, np.float32), np.zeros(w, np.float32), np.zeros(w, np.float32)
     for y in range(first, last):
         # Sum the weights, and the weighted grey and its square, over the views
@@ -169,14 +169,14 @@ def _variance(grey, weight, shifts, out, first, last):
                 continue
             b, f = np.float32(y + shifts[q, 1] - top), np.float32(shifts[q, 0] - left)
             for i in range(w):
-                seen[i] = grey[q, top, i] + b * (grey[q, top + 1, i] - grey[q, top, i])
+                greys[i] = grey[q, top, i] + b * (grey[q, top + 1, i] - grey[q, top, i])
                 heavy[i] = min(weight[q, top, i], weight[q, top + 1, i])
             low, high = max(-left, 0), min(w - 1 - left, w)
-            here, there = seen[low + left:high + left], seen[low + left + 1:high + left + 1]
+            left_greys, right_greys = greys[low + left:high + left], greys[low + left + 1:high + left + 1]
             near, next_ = heavy[low + left:high + left], heavy[low + left + 1:high + left + 1]
             t, s, v = total[low:high], linear[low:high], square[low:high]
             for i in range(t.size):
-                x, m = here[i] + f * (there[i] - here[i]), min(near[i], next_[i])
+                x, m = left_greys[i] + f * (right_greys[i] - left_greys[i]), min(near[i], next_[i])
                 t[i] += m
                 s[i] += m * x
                 v[i] += m * x * x

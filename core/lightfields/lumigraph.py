@@ -120,17 +120,17 @@ class Lumigraph:
             CameraError: For a camera that is not projective.
         """
         h, w = camera.film.pixels_y, camera.film.pixels_x
-        many, own = self._rays(camera), isinstance(surface, str)
+        side, own = self._rays(camera), isinstance(surface, str)
         known, by = self._surface(surface)
         lines = self._lines(camera)
-        given = NO_RAYS if lines is not None else self._traced(camera, many)
+        traced = NO_RAYS if lines is not None else self._traced(camera, side)
         falloff = self._falloff(camera, lines)
         lines = np.zeros((6, 3)) if lines is None else lines
         picture, covered = np.zeros((h, w, 3), np.float32), np.zeros((h, w), np.bool_)
         texels = as_bits(self.texels).reshape(-1)
 
         def see(first: int) -> None:
-            render_rows(lines, given, many, self._pinholes, texels, by, known, own, picture, covered, first,
+            render_rows(lines, traced, side, self._pinholes, texels, by, known, own, picture, covered, first,
                  min(first + BAND, h))
 
         with ThreadPoolExecutor(os.cpu_count() or 1) as pool:
@@ -179,9 +179,9 @@ class Lumigraph:
         origins = there[:3, :3] @ np.concatenate([lens.origin_film * film, lens.z * ahead]) + there[:3, 3:] * ahead
         return np.concatenate([origins, there[:3, :3] @ np.concatenate([lens.slope_film * film, -ahead])])
 
-    def _traced(self, camera: Camera, many: int) -> np.ndarray:
-        """(n, 6) origins and directions of many² rays per pixel, in the array's frame; NaN for blocked rays."""
-        y, x = ((np.arange(size * many) + 0.5) / many for size in (camera.film.pixels_y, camera.film.pixels_x))
+    def _traced(self, camera: Camera, side: int) -> np.ndarray:
+        """(n, 6) origins and directions of side² rays per pixel, in the array's frame; NaN for blocked rays."""
+        y, x = ((np.arange(size * side) + 0.5) / side for size in (camera.film.pixels_y, camera.film.pixels_x))
         points = np.stack(np.meshgrid(x, y), -1).reshape(-1, 2)
         rays = camera.with_open_stop.generate_rays(points, np.broadcast_to(camera.pupil_centre, points.shape), 0.5)
         array_from_world = np.linalg.inv(self.camera.placement())

@@ -57,11 +57,11 @@ class Surface(NamedTuple):
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, covered, first, last):
+def render_rows(lines, traced, side, pinholes, texels, by, surface, own, out, covered, first, last):
     """Set the rows first … last − 1 of a picture (h, w, 3) and of the pixels that were recorded (h, w).
 
     lines: (6, 3) origin and direction of the rays in the array's frame, linear in the raster's x, y and 1, unless
-    `given` (n, 6) holds the rays. many: rays per pixel, across and down. texels: half floats, pinhole after pinhole.
+    `traced` (n, 6) holds the rays. side: rays per pixel, across and down. texels: half floats, pinhole after pinhole.
     by: the pinholes whose pixels the surface describes; own: whether these are the array's own, which may not see the
     surface.
     """
@@ -69,20 +69,20 @@ def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, cov
     views, pixels, geometry, offsets = pinholes
     by_views, by_pixels, by_geometry, by_offsets = by
     known, stride, start, unit, nearest, farthest = surface
-    distance, w, n = geometry[DISTANCE], out.shape[1], 1.0 / many
+    distance, w, n = geometry[DISTANCE], out.shape[1], 1.0 / side
     hidden = HIDDEN / (geometry[PIXELS_S] * geometry[SPACING])
-    ray, part = np.zeros(6), np.zeros(3, np.float32)
+    ray, blended = np.zeros(6), np.zeros(3, np.float32)
     for y in range(first, last):
         for x in range(w):
             red, green, blue, whole = np.float32(0), np.float32(0), np.float32(0), True
-            for k in range(many * many):
+            for k in range(side * side):
                 # Find the ray
-                if len(given):
+                if len(traced):
                     for m in range(6):
-                        ray[m] = given[(y * many + k // many) * w * many + x * many + k % many, m]
+                        ray[m] = traced[(y * side + k // side) * w * side + x * side + k % side, m]
                 else:
                     for m in range(6):
-                        ray[m] = (lines[m, 0] * (x + (k % many + 0.5) * n) + lines[m, 1] * (y + (k // many + 0.5) * n)
+                        ray[m] = (lines[m, 0] * (x + (k % side + 0.5) * n) + lines[m, 1] * (y + (k // side + 0.5) * n)
                                   + lines[m, 2])
                 size = math.sqrt(ray[3] * ray[3] + ray[4] * ray[4] + ray[5] * ray[5])
                 whole = -ray[5] > LEAST_COSINE * size           # false for NaN
@@ -99,10 +99,10 @@ def render_rows(lines, given, many, pinholes, texels, by, surface, own, out, cov
 
                     # Blend the colours that the pinholes around it see there
                     whole = _blend(u, v, s, t, q, views, pixels, geometry, offsets, texels,
-                                   hidden / unit if own else math.inf, unit, part)
+                                   hidden / unit if own else math.inf, unit, blended)
                 if not whole:
                     break
-                red, green, blue = red + part[0], green + part[1], blue + part[2]
+                red, green, blue = red + blended[0], green + blended[1], blue + blended[2]
             mean = np.float32(n * n * EXPONENT_SCALE if whole else 0.0)
             covered[y, x] = whole
             out[y, x, 0], out[y, x, 1], out[y, x, 2] = mean * red, mean * green, mean * blue
@@ -130,17 +130,17 @@ def _meet_surface(u, v, s, t, high, low, jump, views, pixels, geometry, offsets,
     high *= 1.001
     steps = int(min(math.ceil(max(abs(right), abs(up)) * (high - low) * STEPS_PER_PIXEL), MOST_STEPS)) + 2
     step = (low * 0.999 - high) / steps
-    before, found = math.nan, math.nan
+    before, last = math.nan, math.nan
     for m in range(steps + 1):
         q = high + m * step
-        x, y, here = int(x0 + right * q + w) - w, int(y0 - up * q + h) - h, math.nan
+        x, y, surface = int(x0 + right * q + w) - w, int(y0 - up * q + h) - h, math.nan
         if 0 <= x < w and 0 <= y < h:
-            here = unscaled(known[((number * h + y) * w + x) * stride + start]) * unit
-            found = here
-            if q <= here and (here <= q - 2.0 * step or (before > 0.0 and here - (q - step) <= jump)):
+            surface = unscaled(known[((number * h + y) * w + x) * stride + start]) * unit
+            last = surface
+            if q <= surface and (surface <= q - 2.0 * step or (before > 0.0 and surface - (q - step) <= jump)):
                 break
-        before = q - here
-    return found if found == found else 1.0
+        before = q - surface
+    return last if last == last else 1.0
 
 
 @njit(inline="always")
@@ -153,8 +153,8 @@ def _catmull_rom(f):
 
 
 @njit(inline="always")
-def _blend(u, v, s, t, q, views, pixels, geometry, offsets, texels, hidden, unit, part):
-    """Set `part` to the colour over EXPONENT_SCALE that the four pinholes about a ray see; False outside the array.
+def _blend(u, v, s, t, q, views, pixels, geometry, offsets, texels, hidden, unit, blended):
+    """Set `blended` to the colour over EXPONENT_SCALE that the four pinholes about a ray see; False outside the array.
 
     Linear between pinholes, cubic between pixels. First only the pinholes and pixels count that see the surface, within
     hidden × unit of nearness q; where none does, all.
@@ -165,10 +165,10 @@ def _blend(u, v, s, t, q, views, pixels, geometry, offsets, texels, hidden, unit
         return False
     left = min(max(int(math.floor(a)), 0), max(views[0] - 2, 0))
     low = min(max(int(math.floor(b)), 0), max(views[1] - 2, 0))
-    within, at = np.float32(hidden), np.float32(q / unit)
+    within, depth = np.float32(hidden), np.float32(q / unit)
     for _ in range(2):
         total = np.float32(0)
-        part[:] = np.float32(0)
+        blended[:] = np.float32(0)
         for corner in range(4):
             i, j = left + corner % 2, low + corner // 2
             weight = np.float32((1.0 - abs(a - i)) * (1.0 - abs(b - j)))
@@ -183,8 +183,8 @@ def _blend(u, v, s, t, q, views, pixels, geometry, offsets, texels, hidden, unit
             if not (-0.5 <= x <= w - 0.5 and -0.5 <= y <= h - 0.5):
                 continue
             line = number * h
-            here = (line + min(int(y + 0.5), h - 1)) * w + min(int(x + 0.5), w - 1)
-            if unscaled(texels[4 * here + 3]) > at + within:
+            texel = (line + min(int(y + 0.5), h - 1)) * w + min(int(x + 0.5), w - 1)
+            if unscaled(texels[4 * texel + 3]) > depth + within:
                 continue
 
             # Interpolate between its texels
@@ -196,26 +196,26 @@ def _blend(u, v, s, t, q, views, pixels, geometry, offsets, texels, hidden, unit
                          4 * ((line + min(max(y0 + 1, 0), h - 1)) * w + x0),
                          4 * ((line + min(max(y0 + 2, 0), h - 1)) * w + x0),
                          4 * ((line + min(max(y0 + 3, 0), h - 1)) * w + x0))
-                red, green, blue, off = texel_sum(texels, lines, down, across, at)
+                red, green, blue, off = texel_sum(texels, lines, down, across, depth)
             if not off <= within or off == np.float32(math.inf):
-                red, green, blue, taken = _sum_near_texels(texels, line, w, h, x0, y0, down, across, at, within)
+                red, green, blue, taken = _sum_near_texels(texels, line, w, h, x0, y0, down, across, depth, within)
                 if taken < LEAST_TAKEN:
                     continue
             share = weight / taken
-            part[0] += share * red
-            part[1] += share * green
-            part[2] += share * blue
+            blended[0] += share * red
+            blended[1] += share * green
+            blended[2] += share * blue
             total += weight
         if total > np.float32(0):
             for c in range(3):
-                part[c] /= total
+                blended[c] /= total
             return True
         within = np.float32(math.inf)
     return False
 
 
 @njit(nogil=True, cache=True, error_model="numpy", fastmath={"contract"})
-def _sum_near_texels(texels, line, w, h, x0, y0, down, across, at, within):
+def _sum_near_texels(texels, line, w, h, x0, y0, down, across, depth, within):
     """Σ down · across · texel over EXPONENT_SCALE of 4 × 4 texels from x0, y0 near the surface, and their weight.
 
     line: index of the picture's first row. The last texel repeats beyond the picture's edge.
@@ -225,7 +225,7 @@ def _sum_near_texels(texels, line, w, h, x0, y0, down, across, at, within):
         begin = (line + min(max(y0 + m, 0), h - 1)) * w
         for n in range(4):
             k = 4 * (begin + min(max(x0 + n, 0), w - 1))
-            if not abs(unscaled(texels[k + 3]) - at) > within:
+            if not abs(unscaled(texels[k + 3]) - depth) > within:
                 count = down[m] * across[n]
                 red += count * unscaled(texels[k])
                 green += count * unscaled(texels[k + 1])

@@ -37,10 +37,10 @@ class Cell(NamedTuple):
     share: float                    # of the whole cell's area
 
 
-def lit_cell(reach: float, views: tuple[int, int], place: tuple[int, int]) -> Cell:
+def lit_cell(reach: float, views: tuple[int, int], view: tuple[int, int]) -> Cell:
     """The box of the cell at this place (across, down) that lies within the circle of radius `reach`."""
     sides = [2.0 * reach / number for number in views]
-    low = [-reach + k * side for k, side in zip(place, sides, strict=True)]
+    low = [-reach + k * side for k, side in zip(view, sides, strict=True)]
     high = [a + side for a, side in zip(low, sides, strict=True)]
     nearest = [max(a, -b, 0.0) for a, b in zip(low, high, strict=True)]
     for axis in (0, 1):

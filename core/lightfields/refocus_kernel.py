@@ -91,13 +91,13 @@ def spectral_gain(f: np.ndarray, step: float, fill: float) -> np.ndarray:
     return 1.0 / np.maximum(np.sinc(f * step) * np.sinc(f * fill) / np.sinc(f), 1.0 / HIGHEST_GAIN)
 
 
-def _sharpening(part: np.ndarray, weights: np.ndarray, step: float, fill: float) -> np.ndarray:
+def _sharpening(fraction: np.ndarray, weights: np.ndarray, step: float, fill: float) -> np.ndarray:
     """The filter (2 TAPS + 1,) that turns views read at these parts of a pixel (n,) into a picture of filled pixels, or
     (1,).
     """
     f = np.fft.rfftfreq(8 * TAPS)
-    turns = np.exp(-2j * math.pi * f[:, None] * part)
-    read = ((1.0 - part) * turns + part * turns * np.exp(2j * math.pi * f[:, None])) @ weights / weights.sum()
+    turns = np.exp(-2j * math.pi * f[:, None] * fraction)
+    read = ((1.0 - fraction) * turns + fraction * turns * np.exp(2j * math.pi * f[:, None])) @ weights / weights.sum()
     response = read.real * np.sinc(f * step) * np.sinc(f * fill) / np.sinc(f)
     if np.abs(response - 1.0).max() < 1e-6:
         return np.ones(1, np.float32)
@@ -129,9 +129,9 @@ def _add(light, used, starts, scale, weights, sums, first, last):
                     continue
 
                 # Interpolate between two rows of the view
-                at = starts[q, 1] + scale * y
-                top = int(math.floor(at))
-                below = np.float32(at - top)
+                row = starts[q, 1] + scale * y
+                top = int(math.floor(row))
+                below = np.float32(row - top)
                 above, under = view[min(max(top, 0), h - 1)], view[min(max(top + 1, 0), h - 1)]
                 b = weights[q] * below
                 a = weights[q] - b
@@ -147,10 +147,10 @@ def _add(light, used, starts, scale, weights, sums, first, last):
                 # Interpolate along the row, run by run
                 for k in range(number):
                     start, end, shift = runs[k, 0], runs[k + 1, 0], runs[k, 1]
-                    here, there = line[start + shift:end + shift], line[start + shift + 1:end + shift + 1]
-                    part, into = parts[start:end], sums[channel, y, start:end]
+                    near_texels, far_texels = line[start + shift:end + shift], line[start + shift + 1:end + shift + 1]
+                    fraction, into = parts[start:end], sums[channel, y, start:end]
                     for i in range(into.size):
-                        into[i] += here[i] + part[i] * (there[i] - here[i])
+                        into[i] += near_texels[i] + fraction[i] * (far_texels[i] - near_texels[i])
 
 
 @njit(inline="always")
@@ -163,9 +163,9 @@ def _runs(start, scale, parts, runs):
     w, number = parts.size, 0
     first, end = _reached(start, scale, w)
     for i in range(first, end):
-        at = min(max(start + scale * i, 0.0), float(w - 1))
-        whole = int(at)
-        parts[i] = np.float32(at - whole)
+        position = min(max(start + scale * i, 0.0), float(w - 1))
+        whole = int(position)
+        parts[i] = np.float32(position - whole)
         if number == 0 or runs[number - 1, 1] != whole - i:
             runs[number, 0], runs[number, 1] = i, whole - i
             number += 1
@@ -188,16 +188,16 @@ def _sharpen(sums, across, down, gain, out, first, last):
                 source, tap = sums[channel, min(max(y + k - len(down) // 2, 0), h - 1)], down[k] * gain
                 for i in range(w):
                     inner[i] += tap * source[i]
-            above, here, below = sums[channel, max(y - 1, 0)], sums[channel, y], sums[channel, min(y + 1, h - 1)]
+            above, middle, below = sums[channel, max(y - 1, 0)], sums[channel, y], sums[channel, min(y + 1, h - 1)]
             if len(down) > 1:
                 for i in range(w):
-                    least, most = min(above[i], here[i], below[i]), max(above[i], here[i], below[i])
+                    least, most = min(above[i], middle[i], below[i]), max(above[i], middle[i], below[i])
                     inner[i] = min(max(inner[i], low * gain * least), high * gain * most)
             line[:reach], line[reach + w:] = line[reach], line[reach + w - 1]
             for k in range(len(across)):
-                tap, part = across[k], line[k:k + w]
+                tap, shifted = across[k], line[k:k + w]
                 for i in range(w):
-                    into[i] += tap * part[i]
+                    into[i] += tap * shifted[i]
             if len(across) > 1:
                 for i in range(w):
                     a, b, c = inner[max(i - 1, 0)], inner[i], inner[min(i + 1, w - 1)]
@@ -212,10 +212,10 @@ def rescaled(picture: np.ndarray, scale: float, middle) -> np.ndarray:
     """
     for axis, centre in zip((2, 1), middle, strict=True):
         size = picture.shape[axis]
-        place = scale * (np.arange(size) + 0.5 - centre) + centre - 0.5
-        whole = np.floor(place).astype(int)
+        position = scale * (np.arange(size) + 0.5 - centre) + centre - 0.5
+        whole = np.floor(position).astype(int)
         k = np.arange(1 - LOBES, 1 + LOBES)
-        off = k - (place - whole)[:, None]
+        off = k - (position - whole)[:, None]
         taps = np.sinc(off) * np.sinc(off / LOBES)
         taps = (taps / taps.sum(1, keepdims=True)).astype(np.float32)
         source = np.clip(whole[:, None] + k, 0, size - 1)

@@ -42,7 +42,7 @@ QUADRANTS, EDGE, CORNERS, CENTRES, POSE = range(5)
 TURN, CORNER_AX, CORNER_AY, CORNER_BX, CORNER_BY, CENTRE_X, CENTRE_Y = A3, A6, A7, A8, A9, A10, A11
 
 
-@stage(part=True)
+@stage(inlined=True)
 def find_triangle(lanes, p, ints):
     """Find the triangle of each pupil sample, as mirrored into the first quadrant: rows TURN to CENTRE_Y.
 

@@ -156,7 +156,7 @@ def aim_from_posed_film(lanes, p, ints, key):
     skip_if_dark(lanes, key)
 
 
-@stage(part=True)
+@stage(inlined=True)
 def _place_film_point(lanes, p):
     """X, Y, Z: the film point. LOWER: the slice before it, PART: its share of the way to the next. TURN: the sector.
     Sums: 0.
@@ -180,7 +180,7 @@ def _place_film_point(lanes, p):
         ax[i], bx[i], ay[i], by[i], middle[i] = real(0), real(0), real(0), real(0), real(0)
 
 
-@stage(part=True)
+@stage(inlined=True)
 def _add_slice(lanes, p, ints, side):
     """Add the slice before the film point (side 0) or behind it (1) to corners, MIDDLE and WEIGHT by its share, 0 if
     dark.
@@ -243,7 +243,7 @@ def _add_slice(lanes, p, ints, side):
         middle[i] += e * centre0[i] + f * centre1[i]
 
 
-@stage(part=True)
+@stage(inlined=True)
 def _aim(lanes, p):
     """L, M, N: from the film point to the pupil sample in the triangle; WEIGHT; and the start of the ray at z = 0."""
     real = lanes.dtype.type

@@ -275,7 +275,7 @@ def _filled(rims):
     return corners
 
 
-@stage(part=True)
+@stage(inlined=True)
 def skip_if_dark(lanes, key):
     """Skip all further steps where no lane has any weight."""
     weight, alive = rows(lanes)[WEIGHT], np.int32(0)

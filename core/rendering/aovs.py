@@ -69,10 +69,10 @@ def aov_steps(camera: Camera, scene: Scene, view: str) -> list[Step]:
         return [*camera.steps(), Step(show_rows, [0.5, 0.5], [L, M, N])]
     if view == "depth":
         steps = camera.steps(timed=scene.moves)
-        here = len(steps) - len(camera.carried)         # still in the camera frame
+        cut = len(steps) - len(camera.carried)         # still in the camera frame
         size = np.linalg.norm(camera.world_from_camera_at(camera.shutter_open + camera.exposure_time / 2.0)[:3, 2])
         axial = 0.0 if sees_behind(camera) else 1.0
-        return [*steps[:here], Step(keep_depth, [size, axial]), *steps[here:], *scene.depth_steps(camera.shutter_open),
+        return [*steps[:cut], Step(keep_depth, [size, axial]), *steps[cut:], *scene.depth_steps(camera.shutter_open),
                 Step(show_depth)]
     return [*camera.steps(), Step(show_white if view == "fate" else show_weight)]
 
@@ -86,8 +86,8 @@ def sees_behind(camera: Camera) -> bool:
     shares = np.linspace(1e-6, 1.0 - 1e-6, PLACES)
     x, y = (values.ravel() for values in np.meshgrid(shares * film.pixels_x, shares * film.pixels_y))
     u, v = camera.stage_centre
-    given = {X: x, Y: y, U0: np.full(x.size, u), U1: np.full(x.size, v), TIME: np.full(x.size, 0.5)}
-    slope, weight = Program([camera.clock, camera.film_step, *camera.aimed()]).run(given, [N, WEIGHT], x.size)
+    inputs = {X: x, Y: y, U0: np.full(x.size, u), U1: np.full(x.size, v), TIME: np.full(x.size, 0.5)}
+    slope, weight = Program([camera.clock, camera.film_step, *camera.aimed()]).run(inputs, [N, WEIGHT], x.size)
     return bool((slope[weight > 0.0] > -STEEPEST).any())
 
 
@@ -214,8 +214,8 @@ def show_fate(lanes, p, ints, key):
     clearance, ended, red, green, blue = row[CLEARANCE], row[HAS_ENDED], row[RED], row[GREEN], row[BLUE]
     for i in range(B):
         through = clearance[i] <= real(1)           # false for NaN
-        here = ended[i] == real(0)
-        red[i], green[i], blue[i] = p[0] if here else red[i], p[1] if here else green[i], p[2] if here else blue[i]
+        first = ended[i] == real(0)
+        red[i], green[i], blue[i] = p[0] if first else red[i], p[1] if first else green[i], p[2] if first else blue[i]
         ended[i] = ended[i] if through else real(1)
 
 
@@ -250,14 +250,14 @@ def depth_map(camera: Camera, scene: Scene, time: float = 0.5) -> np.ndarray:
     y, x = np.mgrid[0:h, 0:w] + 0.5
     n = w * h
     middle = camera.stage_centre
-    given = {X: x.ravel(), Y: y.ravel(), U0: np.full(n, middle[0]), U1: np.full(n, middle[1]), TIME: np.full(n, time)}
+    inputs = {X: x.ravel(), Y: y.ravel(), U0: np.full(n, middle[0]), U1: np.full(n, middle[1]), TIME: np.full(n, time)}
     # Distance along the ray, and whether there is a hit
     steps = [*camera.steps(timed=scene.moves), *scene.depth_steps(camera.shutter_open)]
-    along, hit, weight = Program(steps).run(given, [RED, GREEN, WEIGHT], n)
+    along, hit, weight = Program(steps).run(inputs, [RED, GREEN, WEIGHT], n)
     # The ray's start and slope along the camera's axis
-    z, slope, clock = Program([camera.clock, camera.film_step, *camera.aimed()]).run(given, [Z, N, TIME], n)
-    place = camera.world_from_camera
-    scale = place.scale_at(camera.shutter_open + clock) if isinstance(place, AnimatedTransform) else 1.0
+    z, slope, clock = Program([camera.clock, camera.film_step, *camera.aimed()]).run(inputs, [Z, N, TIME], n)
+    pose = camera.world_from_camera
+    scale = pose.scale_at(camera.shutter_open + clock) if isinstance(pose, AnimatedTransform) else 1.0
     with np.errstate(invalid="ignore", over="ignore"):
         depth = along if sees_behind(camera) else -(z * scale + slope * along)
     depth = np.where(hit > 0.0, depth, np.inf)

@@ -192,7 +192,7 @@ def shared_entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.n
 
     # Enclose each group in a sphere at the mean distance: its points with their radii, and the
     # change of their rays' directions with their own distance
-    middle: np.ndarray = np.stack([np.bincount(group, part) for part in ahead.T], 1)
+    middle: np.ndarray = np.stack([np.bincount(group, coordinate) for coordinate in ahead.T], 1)
     middle = middle / np.sqrt((middle**2).sum(1))[:, None]
     far: np.ndarray = np.bincount(group, away) / size
     ratio = far[group] / away
@@ -203,13 +203,13 @@ def shared_entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.n
         np.maximum.at(enclosing, group, needed)
 
     # Find the rectangle of each group; where its middle is dark, that of every point
-    found = entrance_bounds(landing, landing.front + middle * far[:, None], enclosing, real)
-    found = EntranceBounds(*(values[group] for values in found))
-    alone = np.nonzero(found.passing == 0.0)[0]
+    bounds = entrance_bounds(landing, landing.front + middle * far[:, None], enclosing, real)
+    bounds = EntranceBounds(*(values[group] for values in bounds))
+    alone = np.nonzero(bounds.passing == 0.0)[0]
     if alone.size:
-        for values, own in zip(found, entrance_bounds(landing, points[alone], radii[alone], real), strict=True):
+        for values, own in zip(bounds, entrance_bounds(landing, points[alone], radii[alone], real), strict=True):
             values[alone] = own
-    return found
+    return bounds
 
 
 def is_boundable(landing: FilmLanding, points: np.ndarray, radii) -> np.ndarray:

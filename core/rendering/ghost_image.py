@@ -206,12 +206,12 @@ class GhostImage:
         assert self._tracer is not None and isinstance(self._camera, LensCamera)
         if not self._camera.disperses:
             return (self._tracer,)
-        part = PARTS[number % len(PARTS)]
-        if part not in self._hues:
-            self._hues[part] = tuple(
-                GhostTracer(self._tracer.lens, self._camera.film_distance, self._landing, row[part],
+        eighth = PARTS[number % len(PARTS)]
+        if eighth not in self._hues:
+            self._hues[eighth] = tuple(
+                GhostTracer(self._tracer.lens, self._camera.film_distance, self._landing, row[eighth],
                             self._flare.channels, self._flare.coating) for row in WAVELENGTHS.values())
-        return self._hues[part]
+        return self._hues[eighth]
 
     def _add_pass(self, number: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:
         """Trace a batch of grids, and add their cells in order: the sums are the same for any number of threads."""
@@ -269,16 +269,16 @@ class GhostImage:
         return grids
 
 
-def _by_chance(found: GhostLights, pairs: Sequence[Pair], reflectances: np.ndarray) -> tuple[list[_Task], np.ndarray]:
+def _by_chance(lights: GhostLights, pairs: Sequence[Pair], reflectances: np.ndarray) -> tuple[list[_Task], np.ndarray]:
     """A grid for every light and pair, the brightest first, of SIDE cells for BEST of them; and their chances.
 
     reflectances (pairs, 3): both reflections of a pair, for red, green and blue at normal incidence.
     """
-    light = np.array([light.irradiance for light in found.lights]).reshape(-1, 1, 3)
+    light = np.array([light.irradiance for light in lights.lights]).reshape(-1, 1, 3)
     chances = (light * (reflectances + EVEN * np.maximum(reflectances.mean(0), LEAST))).sum(2).ravel()
     order = np.argsort(-chances, kind="stable")
-    return [_Task(at // len(pairs), pairs[at % len(pairs)], SIDE if rank < BEST else SMALL_SIDE)
-            for rank, at in enumerate(order.tolist())], chances[order]
+    return [_Task(index // len(pairs), pairs[index % len(pairs)], SIDE if rank < BEST else SMALL_SIDE)
+            for rank, index in enumerate(order.tolist())], chances[order]
 
 
 def _drawn(dim: list[_Task], chances: np.ndarray, number: int) -> list[_Task]:
@@ -290,7 +290,7 @@ def _drawn(dim: list[_Task], chances: np.ndarray, number: int) -> list[_Task]:
     places = (np.arange(DRAWN) + (0.5 + number * GOLDEN) % 1.0) * step
     which, hits = np.unique(np.minimum(np.searchsorted(ends, places), len(dim) - 1), return_counts=True)
     times = hits * step / chances[which]
-    return [dim[at]._replace(times=each) for at, each in zip(which.tolist(), times.tolist(), strict=True)]
+    return [dim[index]._replace(times=count) for index, count in zip(which.tolist(), times.tolist(), strict=True)]
 
 
 def why_no_ghosts(camera: Camera, scene: Scene) -> str:

@@ -29,8 +29,8 @@ LARGEST = 1e6           # pixels: a corner farther out belongs to a ray that gra
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def add_cells(edges, found, cells, across, top, bottom, gain):
-    """Add the light of a grid of (cells + 1)² rays, `found` as of `GhostTracer.trace`, to the rows top … bottom − 1.
+def add_cells(edges, landed, cells, across, top, bottom, gain):
+    """Add the light of a grid of (cells + 1)² rays, `landed` as of `GhostTracer.trace`, to the rows top … bottom − 1.
 
     edges: (rows, across + 1, 3) float64, what the light of a pixel has more than that of the pixel before. gain (3,):
     factor on red, green and blue.
@@ -41,36 +41,36 @@ def add_cells(edges, found, cells, across, top, bottom, gain):
         for i in range(cells):
             a = j * wide + i
             b, c, d = a + 1, a + wide, a + wide + 1
-            total = found[2, a] + found[2, b] + found[2, c] + found[2, d]
+            total = landed[2, a] + landed[2, b] + landed[2, c] + landed[2, d]
             if not total > 0.0:
                 continue
-            y0, y1, y2, y3 = found[1, a], found[1, b], found[1, c], found[1, d]
+            y0, y1, y2, y3 = landed[1, a], landed[1, b], landed[1, c], landed[1, d]
             known = (abs(y0) < LARGEST) & (abs(y1) < LARGEST) & (abs(y2) < LARGEST) & (abs(y3) < LARGEST)
             if known & ((max(max(y0, y1), max(y2, y3)) < top) | (min(min(y0, y1), min(y2, y3)) >= bottom)):
                 continue
             for k in range(3):
                 r = 2 + k
-                light[k] = np.float32(0.125) * gain[k] * (found[r, a] + found[r, b] + found[r, c] + found[r, d])
-            if known & (abs(found[0, a] + found[0, b] + found[0, c] + found[0, d]) < 4.0 * LARGEST):
-                _add_triangle(edges, found, a, b, d, light, across, top, bottom)
-                _add_triangle(edges, found, a, d, c, light, across, top, bottom)
+                light[k] = np.float32(0.125) * gain[k] * (landed[r, a] + landed[r, b] + landed[r, c] + landed[r, d])
+            if known & (abs(landed[0, a] + landed[0, b] + landed[0, c] + landed[0, d]) < 4.0 * LARGEST):
+                _add_triangle(edges, landed, a, b, d, light, across, top, bottom)
+                _add_triangle(edges, landed, a, d, c, light, across, top, bottom)
             else:
-                _add_corners(edges, found, a, b, c, d, gain, across, top, bottom)
+                _add_corners(edges, landed, a, b, c, d, gain, across, top, bottom)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _add_corners(edges, found, a, b, c, d, gain, across, top, bottom):
+def _add_corners(edges, landed, a, b, c, d, gain, across, top, bottom):
     """The light of a cell some of whose rays have no place on the film: each corner's on its own pixel."""
-    for at in (a, b, c, d):
-        x, y = found[0, at], found[1, at]
-        if (found[2, at] > 0.0) & (x >= 0.0) & (x < across) & (y >= top) & (y < bottom):
+    for corner in (a, b, c, d):
+        x, y = landed[0, corner], landed[1, corner]
+        if (landed[2, corner] > 0.0) & (x >= 0.0) & (x < across) & (y >= top) & (y < bottom):
             for k in range(3):
-                _add_run(edges[int(y) - top], int(x), int(x) + 1, k, np.float32(0.25) * gain[k] * found[2 + k, at])
+                _add_run(edges[int(y) - top], int(x), int(x) + 1, k, np.float32(0.25) * gain[k] * landed[2 + k, corner])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _add_triangle(edges, found, a, b, c, light, across, top, bottom):
-    x0, y0, x1, y1, x2, y2 = found[0, a], found[1, a], found[0, b], found[1, b], found[0, c], found[1, c]
+def _add_triangle(edges, landed, a, b, c, light, across, top, bottom):
+    x0, y0, x1, y1, x2, y2 = landed[0, a], landed[1, a], landed[0, b], landed[1, b], landed[0, c], landed[1, c]
     area = abs((x1 - x0) * (y2 - y0) - (x2 - x0) * (y1 - y0)) * 0.5
     if area < SMALL:
         x, y = (x0 + x1 + x2) / 3.0, (y0 + y1 + y2) / 3.0
@@ -155,20 +155,20 @@ def ghost_lights(camera: Camera, scene: Scene, front_z: float, reach: float) -> 
 
     front_z: of the first vertex (mm, camera frame). reach: radius (mm) of the part of its plane that light enters.
     """
-    place = np.asarray(camera.world_from_camera, float)
-    rotation = place[:3, :3].T / np.linalg.norm(place[:3, 0]) ** 2
+    pose = np.asarray(camera.world_from_camera, float)
+    rotation = pose[:3, :3].T / np.linalg.norm(pose[:3, 0]) ** 2
     vertex = np.array([0.0, 0.0, front_z])
-    found: list[GhostLight] = []
+    lights: list[GhostLight] = []
     if scene.sun is not None and not scene.enclosed:
-        found += _sun(camera, scene, rotation, vertex, reach)
-    small = small_lights(scene.objects, tuple(place[:3, 3]))
+        lights += _sun(camera, scene, rotation, vertex, reach)
+    small = small_lights(scene.objects, tuple(pose[:3, 3]))
     if small:
-        found += _small(camera, scene, small, place, vertex, reach)
-    found = [light for light in found if light.irradiance.max() > 0.0]
-    found.sort(key=lambda light: -float(light.irradiance.sum()))
-    total = sum(float(light.irradiance.sum()) for light in found)
-    left = sum(float(light.irradiance.sum()) for light in found[MOST_LIGHTS:])
-    return GhostLights(found[:MOST_LIGHTS], max(0, len(found) - MOST_LIGHTS), left / total if total else 0.0)
+        lights += _small(camera, scene, small, pose, vertex, reach)
+    lights = [light for light in lights if light.irradiance.max() > 0.0]
+    lights.sort(key=lambda light: -float(light.irradiance.sum()))
+    total = sum(float(light.irradiance.sum()) for light in lights)
+    left = sum(float(light.irradiance.sum()) for light in lights[MOST_LIGHTS:])
+    return GhostLights(lights[:MOST_LIGHTS], max(0, len(lights) - MOST_LIGHTS), left / total if total else 0.0)
 
 
 def _disk(n: int) -> np.ndarray:
@@ -191,8 +191,8 @@ def _sun(camera: Camera, scene: Scene, rotation: np.ndarray, vertex: np.ndarray,
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     through = vertex + reach * (_disk(RAYS)[::-1] @ np.stack([side, up]))
     steps = [*camera.carried, *scene.depth_steps(camera.shutter_open)]
-    given = dict(zip((X, Y, Z, L, M, N, WEIGHT), (*through.T, *directions.T, np.ones(RAYS)), strict=True))
-    hidden = Program(steps).run(given, [GREEN], RAYS)[0] > 0.0
+    inputs = dict(zip((X, Y, Z, L, M, N, WEIGHT), (*through.T, *directions.T, np.ones(RAYS)), strict=True))
+    hidden = Program(steps).run(inputs, [GREEN], RAYS)[0] > 0.0
     points = np.column_stack([np.vstack([towards, directions]), np.zeros(RAYS + 1)])
     visible = 1.0 - hidden.mean()
     if camera.medium is not None:
@@ -200,14 +200,14 @@ def _sun(camera: Camera, scene: Scene, rotation: np.ndarray, vertex: np.ndarray,
     return [GhostLight(points, math.pi * np.asarray(sun.colour, float) * visible)]
 
 
-def _small(camera: Camera, scene: Scene, small: list[SmallLight], place: np.ndarray, vertex: np.ndarray, reach: float
+def _small(camera: Camera, scene: Scene, small: list[SmallLight], pose: np.ndarray, vertex: np.ndarray, reach: float
            ) -> list[GhostLight]:
     """The small lights with what the lens sees of them, all in one run of the scene's stages."""
-    back = np.linalg.inv(place)
+    back = np.linalg.inv(pose)
     rotation, shift = back[:3, :3], back[:3, 3]
     samples = light_samples(scene.objects)
-    each = 64
-    disk = _disk(each)
+    count = 64
+    disk = _disk(count)
     origins, directions, marks, areas, spots = [], [], [], [], []
     for light in small:
         centre = rotation @ np.asarray(light.centre) + shift
@@ -222,7 +222,7 @@ def _small(camera: Camera, scene: Scene, small: list[SmallLight], place: np.ndar
             normal = np.cross(*axes)
             is_round = scene.objects[light.number].round
             area = abs(float(normal @ towards)) * (math.pi if is_round else 4.0)
-            points = centre + samples[light][:each, :2].astype(float) @ axes
+            points = centre + samples[light][:count, :2].astype(float) @ axes
         else:
             area, points = math.pi * light.radius**2, centre + 0.95 * light.radius * (disk @ across)
         starts = vertex + reach * (disk[::-1] @ across)
@@ -231,13 +231,13 @@ def _small(camera: Camera, scene: Scene, small: list[SmallLight], place: np.ndar
         directions.append(away / np.linalg.norm(away, axis=1)[:, None])
         marks.append(2.0 + light.number)
         areas.append(area / distance**2)
-        spots.append(np.column_stack([np.vstack([centre, points]), np.ones(each + 1)]))
-    n = each * len(small)
-    given = dict(zip((X, Y, Z, L, M, N, WEIGHT), (*np.concatenate(origins).T, *np.concatenate(directions).T,
+        spots.append(np.column_stack([np.vstack([centre, points]), np.ones(count + 1)]))
+    n = count * len(small)
+    inputs = dict(zip((X, Y, Z, L, M, N, WEIGHT), (*np.concatenate(origins).T, *np.concatenate(directions).T,
                                                   np.ones(n)), strict=True))
     medium = camera.medium
     steps = [*camera.carried, *scene.marking_steps(scene.objects), *([] if medium is None else medium.dimming)]
-    met, *seen = Program(steps).run(given, [EMITS, RED, GREEN, BLUE], n).reshape(4, len(small), each).astype(float)
+    met, *colours = Program(steps).run(inputs, [EMITS, RED, GREEN, BLUE], n).reshape(4, len(small), count).astype(float)
     visible = met == np.array(marks)[:, None]
-    radiance = np.stack([np.where(visible, np.nan_to_num(colour), 0.0).mean(1) for colour in seen], 1)
+    radiance = np.stack([np.where(visible, np.nan_to_num(colour), 0.0).mean(1) for colour in colours], 1)
     return [GhostLight(spot, area * colour) for spot, area, colour in zip(spots, areas, radiance, strict=True)]

@@ -150,7 +150,7 @@ class LightImage:
             self._kept, self._layer = [] if len(passes) == 1 else None, None
         # Stop where the period needs the sums so far
         for begin, end in pairwise((0, FIRST_PASSES // 2, FIRST_PASSES, DECIDED, passes[-1][0] + 1)):
-            piece = [(number, place) for number, place in passes if max(begin, self._next) <= number < end]
+            piece = [(number, band) for number, band in passes if max(begin, self._next) <= number < end]
             if piece and not self._add_piece(piece, pool, threads, wanted):
                 return False
         return True
@@ -163,11 +163,11 @@ class LightImage:
         if is_due and not period.decide(self._camera_programs.plain(self.excluded), pool, threads, wanted):
             return False
         self._next = passes[-1][0] + 1
-        own = [(period.before(number), place) for number, place in passes if period.traces(number)]
+        own = [(period.before(number), band) for number, band in passes if period.traces(number)]
         if self._most is not None:
-            own = [(number, place) for number, place in own if number < self._most]
-        tasks = self._tasks([(number, None if place is None else spectral_part(number, self._seed))
-                             for number, place in own])
+            own = [(number, band) for number, band in own if number < self._most]
+        tasks = self._tasks([(number, None if band is None else spectral_part(number, self._seed))
+                             for number, band in own])
         lists = np.empty((LISTS, LIST_SIZE, TASK * B), np.float32)
         counts = np.zeros(LISTS, np.int64)
         while listed := list(islice(tasks, LISTS)):
@@ -195,24 +195,24 @@ class LightImage:
                 return False
             if is_first and self._kept is not None:
                 self._kept += [(task.light, lists[k, :, :counts[k]].copy()) for k, task in enumerate(listed)]
-                if sum(found.shape[1] for _, found in self._kept) > MOST_KEPT:
+                if sum(rays.shape[1] for _, rays in self._kept) > MOST_KEPT:
                     self._kept = None
         self._passes += len(own)
         if self._next <= FIRST_PASSES:
             period.note(self._next, self._sums)
         return True
 
-    def _list_rays(self, found: np.ndarray, lanes: np.ndarray, task: _Task) -> int:
+    def _list_rays(self, rays: np.ndarray, lanes: np.ndarray, task: _Task) -> int:
         """Trace a task and list the rays that reach the film; returns their number."""
         light, program = self._selected[task.light], task.program
-        n = _list_rays(found, lanes, program.code, task.light, task.first, task.blocks, self._seed,
+        n = _list_rays(rays, lanes, program.code, task.light, task.first, task.blocks, self._seed,
                        light.image if light.shared > 0 else NO_IMAGE, light.is_round)
         raise_pending()
         return n
 
     def _tasks(self, passes: list[tuple[int, int | None]]) -> Iterator[_Task]:
-        for number, place in passes:
-            channels = [(D_LINE, 0)] if place is None else [(row[place], name) for name, row in WAVELENGTHS.items()]
+        for number, band in passes:
+            channels = [(D_LINE, 0)] if band is None else [(row[band], name) for name, row in WAVELENGTHS.items()]
             for wavelength, colour in channels:
                 for j, light in enumerate(self._selected):
                     if (number + j) % light.period:
@@ -326,7 +326,7 @@ def _count_hidden(hidden, which, lanes, code, marks, spheres):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _list_rays(found, lanes, code, light, first, blocks, seed, image, is_round):
+def _list_rays(rays, lanes, code, light, first, blocks, seed, image, is_round):
     """List the rays of some blocks of a light that reach the film; returns their number.
 
     The raster point is that of the light's centre, by the image of the half-axes, where that image is not 0.
@@ -347,9 +347,9 @@ def _list_rays(found, lanes, code, light, first, blocks, seed, image, is_round):
                 a, b = real(2) * v0[i] - real(1), real(2) * v1[i] - real(1)
                 if is_round:
                     a, b = concentric_disk(real, v0[i], v1[i])
-                found[LIST_X, n] = x[i] - a * image[0, 0] - b * image[1, 0]
-                found[LIST_Y, n] = y[i] - a * image[0, 1] - b * image[1, 1]
-                found[LIST_RED, n], found[LIST_GREEN, n], found[LIST_BLUE, n] = w * red[i], w * green[i], w * blue[i]
-                found[LIST_V0, n] = v0[i]
+                rays[LIST_X, n] = x[i] - a * image[0, 0] - b * image[1, 0]
+                rays[LIST_Y, n] = y[i] - a * image[0, 1] - b * image[1, 1]
+                rays[LIST_RED, n], rays[LIST_GREEN, n], rays[LIST_BLUE, n] = w * red[i], w * green[i], w * blue[i]
+                rays[LIST_V0, n] = v0[i]
                 n += 1
     return n

@@ -76,9 +76,9 @@ class LightLayer(NamedTuple):
     def of(cls, camera: Camera, lights: list[SelectedLight], kept: list[tuple[int, np.ndarray]],
            excluded: ExcludedLight | None) -> "LightLayer":
         """The layer of these lights. kept: indices of lights, and lists (LIST_SIZE, n) of their rays."""
-        ends = np.cumsum([0, *(found.shape[1] for _, found in kept)])
+        ends = np.cumsum([0, *(listed.shape[1] for _, listed in kept)])
         parts = np.column_stack([[light for light, _ in kept], ends[:-1], ends[1:]]).astype(np.int64)
-        rays = np.concatenate([np.empty((LIST_SIZE, 0), np.float32), *(found for _, found in kept)], 1)
+        rays = np.concatenate([np.empty((LIST_SIZE, 0), np.float32), *(listed for _, listed in kept)], 1)
         centres = np.array([light.centre for light in lights]).reshape(-1, 3)
         if lights:
             centres = transform_points(camera.world_from_camera, centres)
@@ -153,7 +153,7 @@ def add_mean(picture: np.ndarray, sums: np.ndarray, passes: int) -> None:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def add_rays(sums, found, n, across, top, bottom, image, points, shared):
+def add_rays(sums, rays, n, across, top, bottom, image, points, shared):
     """Add listed rays to the pixels on which they fall, in the rows top … bottom − 1.
 
     Each ray represents `shared` rays from points of its light; 0: only itself. points (POINTS, 5): place in both
@@ -173,11 +173,11 @@ def add_rays(sums, found, n, across, top, bottom, image, points, shared):
     shared = max(shared, 1)
     step = POINTS // shared
     for k in range(n):
-        x, y = found[LIST_X, k], found[LIST_Y, k]
-        red, green, blue = found[LIST_RED, k], found[LIST_GREEN, k], found[LIST_BLUE, k]
+        x, y = rays[LIST_X, k], rays[LIST_Y, k]
+        red, green, blue = rays[LIST_RED, k], rays[LIST_GREEN, k], rays[LIST_BLUE, k]
         if not ((y + reach >= top) & (y - reach < bottom)):
             continue
-        start = int(found[LIST_V0, k] * np.float32(step))
+        start = int(rays[LIST_V0, k] * np.float32(step))
         for j in range(start, POINTS, step):
             px, py = x + aside[j, 0], y + aside[j, 1]
             if (px >= 0.0) & (px < across) & (py >= top) & (py < bottom):
@@ -194,14 +194,14 @@ def _add_moved(sums, rays, parts, moves, across, top, bottom, images, points, sh
     moves (k, 4): size, right, below, and the gain of the light, of each.
     """
     for light, first, end in parts:
-        found = rays[:, first:end].copy()
+        moved = rays[:, first:end].copy()
         size, right, below, gain = moves[light]
         for k in range(end - first):
-            found[LIST_X, k] = size * found[LIST_X, k] + right
-            found[LIST_Y, k] = size * found[LIST_Y, k] + below
+            moved[LIST_X, k] = size * moved[LIST_X, k] + right
+            moved[LIST_Y, k] = size * moved[LIST_Y, k] + below
             for colour in range(LIST_RED, LIST_BLUE + 1):
-                found[colour, k] *= gain
-        add_rays(sums, found, end - first, across, top, bottom, images[light], points[light], shared[light])
+                moved[colour, k] *= gain
+        add_rays(sums, moved, end - first, across, top, bottom, images[light], points[light], shared[light])
 
 
 FIRST_PASSES = 4        # passes of a picture that all trace lights
@@ -311,10 +311,10 @@ class LightPeriod:
 
         def work(first: int) -> bool:
             lanes = lane_buffer(program.real)
-            for k, part in product(range(first, n, threads), range(2)):
+            for k, q in product(range(first, n, threads), range(2)):
                 if not wanted():
                     return False
-                program.expose(sums[part, k:k + 1], lanes, places[k], places[k] + 1, part * half, half, self._seed,
+                program.expose(sums[q, k:k + 1], lanes, places[k], places[k] + 1, q * half, half, self._seed,
                                places[k])
             return True
 

@@ -62,15 +62,15 @@ def light_parameters(marks, middles, half_axes, towards, centres, rights, ups, d
     """
     normals = np.cross(rights, ups)
     areas = np.sqrt((normals**2).sum(1))
-    found = np.empty((len(middles), LIGHT_SIZE))
-    for at, vectors in ((ENTRANCE, middles), (ENTRANCE_A, half_axes[:, 0]), (ENTRANCE_B, half_axes[:, 1]),
+    numbers = np.empty((len(middles), LIGHT_SIZE))
+    for column, vectors in ((ENTRANCE, middles), (ENTRANCE_A, half_axes[:, 0]), (ENTRANCE_B, half_axes[:, 1]),
                         (ENTRANCE_NORMAL, towards), (CENTRE, centres), (RIGHT, rights), (UP, ups),
                         (NORMAL, normals / areas[:, None])):
-        found[:, at:at + 3] = vectors
-    found[:, ETENDUE] = areas * np.where(disks, math.pi, 4.0) * shares
-    found[:, LIGHT_MARK], found[:, MIRROR_MARK] = marks, mirrors
-    found[:, BALL:] = balls
-    return found
+        numbers[:, column:column + 3] = vectors
+    numbers[:, ETENDUE] = areas * np.where(disks, math.pi, 4.0) * shares
+    numbers[:, LIGHT_MARK], numbers[:, MIRROR_MARK] = marks, mirrors
+    numbers[:, BALL:] = balls
+    return numbers
 
 
 @stage
@@ -174,7 +174,7 @@ def trace_by_ball(lanes, p, ints, key):
     keep_world(lanes, X, L, False)
 
 
-@stage(part=True)
+@stage(inlined=True)
 def _find_path_plane(lanes, p, s):
     """AXIS, CROSS: the axes of the path's plane; BALL_DISTANCE, LIGHT_ALONG, LIGHT_ACROSS in it; OFFSET: first b."""
     real = lanes.dtype.type
@@ -197,7 +197,7 @@ def _find_path_plane(lanes, p, s):
         distance[i], along[i], across[i], offset[i] = d, t, side * size, start
 
 
-@stage(part=True)
+@stage(inlined=True)
 def _aim_at_ball(lanes, p, s):
     """L, M, N: the ray that passes the ball's centre at OFFSET; WEIGHT: its étendue, 0 where b is wrong."""
     real = lanes.dtype.type
@@ -221,8 +221,8 @@ def _aim_at_ball(lanes, p, s):
         x, y, z = leaving_c * ax[i] + leaving_s * bx[i], leaving_c * ay[i] + leaving_s * by[i], (
             leaving_c * az[i] + leaving_s * bz[i])
         spread = ratio * abs(gx * ux + gy * uy + gz * uz) / (d * d * leaving_c * ahead * opening)
-        found = (abs(residual[i]) < real(1e-4) * ahead) & (ahead > real(0))
-        weight[i] = abs(x * wx + y * wy + z * wz) * spread * etendue if found else real(0)
+        converged = (abs(residual[i]) < real(1e-4) * ahead) & (ahead > real(0))
+        weight[i] = abs(x * wx + y * wy + z * wz) * spread * etendue if converged else real(0)
         l[i], m[i], n[i] = x, y, z
 
 

@@ -105,16 +105,16 @@ class LightSelection(NamedTuple):
 
 def select_lights(camera: Camera, scene: Scene, real) -> LightSelection:
     """The small lights that a camera's rays would meet too seldom; none where anything moves."""
-    place = camera.world_from_camera
-    if isinstance(place, AnimatedTransform) or scene.moves or camera.has_port:
+    pose = camera.world_from_camera
+    if isinstance(pose, AnimatedTransform) or scene.moves or camera.has_port:
         return LightSelection([], ())
-    small = small_lights(scene.objects, tuple(place[:3, 3]))
+    small = small_lights(scene.objects, tuple(pose[:3, 3]))
     landing = camera.film_landing() if small else None
     if landing is None:
         return LightSelection([], ())
 
     # Transform lights and specular objects to the camera frame
-    camera_from_world = np.linalg.inv(place)
+    camera_from_world = np.linalg.inv(pose)
     rotation, shift = camera_from_world[:3, :3], camera_from_world[:3, 3]
     centres = np.array([light.centre for light in small]) @ rotation.T + shift
     radii = np.array([light.radius for light in small])
@@ -144,26 +144,26 @@ def _paths(landing: FilmLanding, mirrors: list[SpecularObject], centres: np.ndar
         if mirror.radius > 0.0 and not is_boundable(landing, mirror.centre, mirror.radius):
             continue
         there, odd = visible_lights(mirror, centres, radii, start, landing.radius)
-        at = np.nonzero(there)[0]
+        indices = np.nonzero(there)[0]
         if mirror.radius > 0.0:
-            one = min(len(at), 1)                               # rectangle for the whole ball
-            parts.append((at, k, np.tile(mirror.centre, (one, 1)), np.full(one, mirror.radius)))
+            one = min(len(indices), 1)                               # rectangle for the whole ball
+            parts.append((indices, k, np.tile(mirror.centre, (one, 1)), np.full(one, mirror.radius)))
         else:
-            image = mirror_image(mirror, centres[at], True)
-            odd[at] = ~is_boundable(landing, image, radii[at])
-            parts.append((at, k, image, radii[at]))
+            image = mirror_image(mirror, centres[indices], True)
+            odd[indices] = ~is_boundable(landing, image, radii[indices])
+            parts.append((indices, k, image, radii[indices]))
         decided &= ~odd
 
     # Find the bounds, and give each path its own
-    found = shared_entrance_bounds(landing, np.concatenate([points for _, _, points, _ in parts]),
+    bounds = shared_entrance_bounds(landing, np.concatenate([points for _, _, points, _ in parts]),
                                    np.concatenate([sizes for _, _, _, sizes in parts]), real)
     first = np.cumsum([0] + [len(points) for _, _, points, _ in parts])
-    rows = np.concatenate([begin + np.minimum(np.arange(len(at)), max(len(points) - 1, 0))
-                           for (at, _, points, _), begin in zip(parts, first, strict=False)])
-    which = np.concatenate([at for at, _, _, _ in parts])
-    by = np.concatenate([np.full(len(at), k) for at, k, _, _ in parts])
-    keep = (found.passing[rows] > 0.0) & (decided[which] | (by < 0))
-    return decided, which[keep], by[keep], EntranceBounds(*(values[rows[keep]] for values in found))
+    rows = np.concatenate([begin + np.minimum(np.arange(len(indices)), max(len(points) - 1, 0))
+                           for (indices, _, points, _), begin in zip(parts, first, strict=False)])
+    which = np.concatenate([indices for indices, _, _, _ in parts])
+    by = np.concatenate([np.full(len(indices), k) for indices, k, _, _ in parts])
+    keep = (bounds.passing[rows] > 0.0) & (decided[which] | (by < 0))
+    return decided, which[keep], by[keep], EntranceBounds(*(values[rows[keep]] for values in bounds))
 
 
 def _candidates(scene: Scene, landing: FilmLanding, small: list[SmallLight], mirrors: list[SpecularObject],
@@ -177,13 +177,13 @@ def _candidates(scene: Scene, landing: FilmLanding, small: list[SmallLight], mir
     balls = np.zeros((len(which), 5))
     centres, axes = centres[which], [axis[which] for axis in axes]
     for k, mirror in enumerate(mirrors):
-        at = by == k
+        mirrored = by == k
         if mirror.radius > 0.0:
-            balls[at] = mirror.ball
+            balls[mirrored] = mirror.ball
         else:
-            centres[at] = mirror_image(mirror, centres[at], True)
+            centres[mirrored] = mirror_image(mirror, centres[mirrored], True)
             for axis in axes:
-                axis[at] = mirror_image(mirror, axis[at], False)
+                axis[mirrored] = mirror_image(mirror, axis[mirrored], False)
     start = np.array(landing.front)
     origin = np.where(balls[:, 3:4] > 0.0, balls[:, :3], start)
     reach = np.sqrt((np.abs(bounds.axes).sum(1)**2).sum(1)) + np.sqrt(((bounds.middles - start)**2).sum(1))
@@ -211,16 +211,16 @@ def _covers(spheres: np.ndarray, radii: np.ndarray, axes: list[np.ndarray], away
             np.where(spheres[:, None], np.cross(towards, side) * size[:, None], axes[1]))
 
 
-def _images(camera: Camera, landing: FilmLanding, seen: _Candidates) -> _Images:
+def _images(camera: Camera, landing: FilmLanding, candidates: _Candidates) -> _Images:
     """The images of candidates: their sizes without and with blur, and the rays that they need."""
     # Trace the light's centre and half-axes through the middle and towards the rim of the pupil
-    bounds, program = seen.bounds, Program(landing.bounding)
-    middle, axes = _landed(program, seen, bounds.best)
-    steady = seen.filled & np.isfinite(axes).all((1, 2))
+    bounds, program = candidates.bounds, Program(landing.bounding)
+    middle, axes = _landed(program, candidates, bounds.best)
+    steady = candidates.filled & np.isfinite(axes).all((1, 2))
     low, high = middle.copy(), middle.copy()
     for k in (0, 1) if landing.radius > 0.0 else ():
-        for part in (-0.5, 0.5):
-            there, other = _landed(program, seen, bounds.middles + part * bounds.axes[:, k])
+        for offset in (-0.5, 0.5):
+            there, other = _landed(program, candidates, bounds.middles + offset * bounds.axes[:, k])
             with np.errstate(invalid="ignore"):
                 steady &= (np.abs(other - axes) < STEADY).all((1, 2))
             there = 2.0 * there - middle                # from half of the pupil to all of it
@@ -228,7 +228,7 @@ def _images(camera: Camera, landing: FilmLanding, seen: _Candidates) -> _Images:
 
     # Compare the sharp image with the blurred one
     axes = np.where(np.isfinite(axes), axes, 0.0)
-    sharp = abs(np.linalg.det(axes)) * np.where(seen.disks, math.pi, 4.0)
+    sharp = abs(np.linalg.det(axes)) * np.where(candidates.disks, math.pi, 4.0)
     blur = high - low
     whole = (np.sqrt(sharp) + np.sqrt(np.nan_to_num(math.pi / 4.0 * blur.prod(1))) + 1.0) ** 2
     reach = np.abs(axes).sum(1) + 0.5 * blur + 2.0              # wide, since blur may be uneven
@@ -238,15 +238,15 @@ def _images(camera: Camera, landing: FilmLanding, seen: _Candidates) -> _Images:
     return _Images(axes, sharp, discs, sharp / whole, beside, steady, density, density * whole / bounds.passing)
 
 
-def _landed(program: Program, seen: _Candidates, through: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _landed(program: Program, lights: _Candidates, through: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Raster points (n, 2) of the lights by rays through these points (n, 3), and of their half-axes (n, 2, 2)."""
     n = len(through)
-    points = np.concatenate([seen.centres, seen.centres + seen.rights, seen.centres + seen.ups])
+    points = np.concatenate([lights.centres, lights.centres + lights.rights, lights.centres + lights.ups])
     through = np.tile(through, (3, 1))
-    d = -connecting_directions(through, points, np.tile(seen.balls, (3, 1)))
-    given = {X: through[:, 0], Y: through[:, 1], Z: through[:, 2], L: d[:, 0], M: d[:, 1], N: d[:, 2],
+    d = -connecting_directions(through, points, np.tile(lights.balls, (3, 1)))
+    inputs = {X: through[:, 0], Y: through[:, 1], Z: through[:, 2], L: d[:, 0], M: d[:, 1], N: d[:, 2],
              WEIGHT: np.ones(3 * n)}
-    raster = program.run(given, [X, Y], 3 * n).T.astype(float)
+    raster = program.run(inputs, [X, Y], 3 * n).T.astype(float)
     return raster[:n], np.stack([raster[n:2 * n] - raster[:n], raster[2 * n:] - raster[:n]], 1)
 
 
@@ -255,15 +255,15 @@ def ray_budget(camera: Camera) -> float:
     return max(BUDGET * camera.film.pixels_x * camera.film.pixels_y, ALWAYS_ALLOWED)
 
 
-def _worthwhile(camera: Camera, seen: _Candidates, images: _Images) -> np.ndarray:
+def _worthwhile(camera: Camera, candidates: _Candidates, images: _Images) -> np.ndarray:
     """Indices of the paths to trace: the straight ones that need it most; of each specular object all, or none."""
     most, needed = ray_budget(camera), images.needed
-    straight = np.nonzero((seen.by < 0) & (images.met < OFTEN_MET) & ~images.beside)[0]
+    straight = np.nonzero((candidates.by < 0) & (images.met < OFTEN_MET) & ~images.beside)[0]
     straight = straight[np.argsort(images.met[straight], kind="stable")]
     cost = np.cumsum(np.maximum(needed[straight] * LEAST, B))
     kept = [np.sort(straight[:int(np.searchsorted(cost, most / 2.0, "right"))])]
     most -= cost[len(kept[0]) - 1] if len(kept[0]) else 0.0
-    groups = [np.nonzero((seen.by == k) & ~images.beside)[0] for k in range(seen.by.max(initial=-1) + 1)]
+    groups = [np.nonzero((candidates.by == k) & ~images.beside)[0] for k in range(candidates.by.max(initial=-1) + 1)]
     for group in sorted(groups, key=len):
         cost = np.maximum(needed[group] * LEAST, B).sum()
         if group.size and cost <= most and (images.met[group] < OFTEN_MET).any():
@@ -273,31 +273,31 @@ def _worthwhile(camera: Camera, seen: _Candidates, images: _Images) -> np.ndarra
 
 
 def _selected(camera: Camera, scene: Scene, small: list[SmallLight], mirrors: list[SpecularObject],
-              seen: _Candidates, images: _Images, pinhole: bool) -> list[SelectedLight]:
+              lights: _Candidates, images: _Images, pinhole: bool) -> list[SelectedLight]:
     """The candidates as selected lights, with as many rays as the budget allows."""
     # Share the rays out, and pack the parameters
     share = min(1.0, ray_budget(camera) / max(images.needed.sum(), 1.0))
     blocks = np.maximum(1.0, np.ceil(share * images.needed / B))
-    bounds, n = seen.bounds, len(seen.which)
+    bounds, n = lights.bounds, len(lights.which)
     areas = np.ones(n) if pinhole else 4.0 * np.sqrt((bounds.axes**2).sum(2).prod(1))
-    marks = [2.0 + small[k].number for k in seen.which]
-    mirror = [mirrors[k].number if k >= 0 else -1 for k in seen.by]
+    marks = [2.0 + small[k].number for k in lights.which]
+    mirror = [mirrors[k].number if k >= 0 else -1 for k in lights.by]
     start = np.zeros(n)
-    bent = np.nonzero(seen.balls[:, 3] > 0.0)[0]
+    bent = np.nonzero(lights.balls[:, 3] > 0.0)[0]
     if bent.size:
-        start[bent] = connect_by_ball(bounds.best[bent], seen.centres[bent], seen.balls[bent])[1]
-    parameters = light_parameters(marks, bounds.middles, bounds.axes, bounds.towards, seen.centres, seen.rights,
-                                  seen.ups, seen.disks, areas / (blocks * B), [-2.0 - number for number in mirror],
-                                  np.column_stack([seen.balls, start]))
+        start[bent] = connect_by_ball(bounds.best[bent], lights.centres[bent], lights.balls[bent])[1]
+    parameters = light_parameters(marks, bounds.middles, bounds.axes, bounds.towards, lights.centres, lights.rights,
+                                  lights.ups, lights.disks, areas / (blocks * B), [-2.0 - number for number in mirror],
+                                  np.column_stack([lights.balls, start]))
 
     # Find what the light image needs besides
     points, bright = light_samples(scene.objects), mean_radiances(scene.objects)
-    brightness = np.minimum(np.array([bright[small[k]] for k in seen.which]) * images.met, 1.0)
+    brightness = np.minimum(np.array([bright[small[k]] for k in lights.which]) * images.met, 1.0)
     covered = brightness**2 * images.sharp / np.maximum(images.met, 1e-30)
-    kinds = np.where(seen.balls[:, 3] > 0.0, BALL, np.where(seen.by >= 0, FLAT, STRAIGHT))
-    each = 2 ** np.ceil(np.log2(np.clip(SHARED_PER_PIXEL * images.sharp, 1, MOST_SHARED))).astype(int)
-    shared = np.where(images.steady, each, 0)
+    kinds = np.where(lights.balls[:, 3] > 0.0, BALL, np.where(lights.by >= 0, FLAT, STRAIGHT))
+    shared_count = 2 ** np.ceil(np.log2(np.clip(SHARED_PER_PIXEL * images.sharp, 1, MOST_SHARED))).astype(int)
+    shared = np.where(images.steady, shared_count, 0)
     axes = images.axes.astype(np.float32)
     return [SelectedLight(small[k], int(kinds[i]), mirror[i], parameters[i], int(blocks[i]), int(shared[i]),
-                          float(DENSITY / images.density[i]), bool(seen.disks[i]), axes[i], points[small[k]],
-                          float(covered[i]), seen.centres[i], images.discs[i]) for i, k in enumerate(seen.which)]
+                          float(DENSITY / images.density[i]), bool(lights.disks[i]), axes[i], points[small[k]],
+                          float(covered[i]), lights.centres[i], images.discs[i]) for i, k in enumerate(lights.which)]

@@ -97,7 +97,7 @@ class Rendering:
 
     @property
     def lines(self) -> range:
-        """The lines of the film that are held: all, or those of the current band."""
+        """The lines of the film in memory: all, or those of the current band."""
         return self._sums.lines
 
     @property
@@ -183,9 +183,9 @@ class Rendering:
 
         A borrowed layer of light is not among them.
         """
-        found = {"samples": np.array(self.samples, np.int64)}
-        return found | {name: value for part in (self._sums, self._traced, self._flare) if part is not None
-                        for name, value in part.state.items()}
+        arrays = {"samples": np.array(self.samples, np.int64)}
+        return arrays | {name: value for layer in (self._sums, self._traced, self._flare) if layer is not None
+                        for name, value in layer.state.items()}
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -210,9 +210,9 @@ class Rendering:
                 (value.shape, value.dtype) != (state[name].shape, state[name].dtype) for name, value in own.items()):
             raise ValueError("these are sums of another picture")
         self.samples = int(state["samples"])
-        for part in (self._sums, self._traced, self._flare):
-            if part is not None:
-                part.restore(state)
+        for layer in (self._sums, self._traced, self._flare):
+            if layer is not None:
+                layer.restore(state)
 
     def add(self, samples: int = 1, pool: Executor | None = None, wanted: Callable[[], bool] = _always,
             threads: int | None = None) -> bool:

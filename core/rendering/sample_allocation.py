@@ -146,12 +146,12 @@ def _levels(errors: np.ndarray) -> np.ndarray:
     costs, left = costs.ravel()[order], (n << -LEAST) - n           # in units of the least share
     taken = np.cumsum(costs) <= left
     left -= costs[taken].sum()
-    for place in np.nonzero(~taken)[0]:                             # what is left for cheaper steps
+    for index in np.nonzero(~taken)[0]:                             # what is left for cheaper steps
         if left == 0:
             break
-        if costs[place] <= left:
-            taken[place] = True
-            left -= costs[place]
+        if costs[index] <= left:
+            taken[index] = True
+            left -= costs[index]
     return LEAST + np.bincount(order[taken] // len(steps), minlength=n)
 
 

@@ -78,7 +78,7 @@ class SamplePrograms:
             return [(self._program, samples, counts)]
         passes = []
         ranges = np.unique(np.stack([samples, samples + counts]), axis=1).T
-        for sample in np.unique(np.concatenate([np.arange(*each) for each in ranges])):
+        for sample in np.unique(np.concatenate([np.arange(*span) for span in ranges])):
             if not wanted():
                 return None
             now = ((samples <= sample) & (sample < samples + counts)).astype(np.int64)
@@ -106,14 +106,14 @@ class SamplePrograms:
         """Number of samples among the first `done` that count when others follow."""
         return max(done - 1, 0) if self.disperses else done
 
-    def _channels(self, place: int) -> list[Program]:
+    def _channels(self, part: int) -> list[Program]:
         """The programs of a part of the spectrum, one for each channel."""
-        if place not in self._channel_programs:
-            self._channel_programs[place] = [
-                Program([*self.before, *self._camera.steps(row[place], self._timed), *self._after, channel_step(name)],
+        if part not in self._channel_programs:
+            self._channel_programs[part] = [
+                Program([*self.before, *self._camera.steps(row[part], self._timed), *self._after, channel_step(name)],
                         self._real)
                 for name, row in WAVELENGTHS.items()]
-        return self._channel_programs[place]
+        return self._channel_programs[part]
 
 
 TURN = 16               # blocks that a thread takes at a time
@@ -137,8 +137,8 @@ class FilmSums:
     @property
     def state(self) -> dict[str, np.ndarray]:
         """The arrays by name, for `restore`."""
-        found = {"sums": self._sums} | self.allocation.state
-        return found if self._arrived is None else found | {"arrived": self._arrived}
+        arrays = {"sums": self._sums} | self.allocation.state
+        return arrays if self._arrived is None else arrays | {"arrived": self._arrived}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Take over the arrays of other sums of the same picture."""
@@ -185,12 +185,12 @@ class FilmSums:
                 if not wanted():
                     return False
                 last = min(first + TURN, stop)
-                place = origin + first, origin + last
+                span = origin + first, origin + last
                 for program, sample, number in passes:
-                    begins, many = sample[first:last], number[first:last]
-                    program.expose(self._sums, lanes, *place, begins, many, self._seed, origin, weights[first:last])
+                    begins, taken = sample[first:last], number[first:last]
+                    program.expose(self._sums, lanes, *span, begins, taken, self._seed, origin, weights[first:last])
                     if counting and self._arrived is not None:
-                        counting.expose(self._arrived, lanes, *place, begins, many, self._seed, origin)
+                        counting.expose(self._arrived, lanes, *span, begins, taken, self._seed, origin)
             return True
 
         return all(list(pool.map(work, range(threads))))

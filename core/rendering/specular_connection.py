@@ -39,14 +39,14 @@ class SpecularObject(NamedTuple):
 
 def specular_objects(scene: Scene, rotation: np.ndarray, shift: np.ndarray) -> list[SpecularObject]:
     """The specular objects of a scene that do not move; a world point p lies at rotation p + shift, camera frame."""
-    found = []
+    mirrors = []
     for j, o in enumerate(scene.objects):
         if o.material.kind in ("metal", "glass") and not o.moves and o.family in ("sphere", "planar"):
             metal = o.material.kind == "metal"
             radius = o.bounding_radius if o.family == "sphere" else 0.0
             axes = np.array(o.half_axes) @ rotation.T
-            found.append(SpecularObject(j, metal, rotation @ np.asarray(o.centre) + shift, radius, axes, o.round))
-    return found
+            mirrors.append(SpecularObject(j, metal, rotation @ np.asarray(o.centre) + shift, radius, axes, o.round))
+    return mirrors
 
 
 def mirror_image(flat: SpecularObject, vectors: np.ndarray, points: bool) -> np.ndarray:
@@ -79,9 +79,9 @@ def visible_lights(thing: SpecularObject, centres: np.ndarray, radii: np.ndarray
     image, nearest = mirror_image(thing, centres, True) - thing.centre, np.zeros((2, len(centres)))
     for k, axis in enumerate(thing.axes):
         size = math.sqrt(axis @ axis)
-        here, there = (eye - thing.centre) @ axis / size, image @ axis / size
-        low = np.minimum(*((1.0 - part) * (here - eye_radius) + part * (there - radii) for part in (least, most)))
-        high = np.maximum(*((1.0 - part) * (here + eye_radius) + part * (there + radii) for part in (least, most)))
+        eye_at, image_at = (eye - thing.centre) @ axis / size, image @ axis / size
+        low = np.minimum(*((1.0 - t) * (eye_at - eye_radius) + t * (image_at - radii) for t in (least, most)))
+        high = np.maximum(*((1.0 - t) * (eye_at + eye_radius) + t * (image_at + radii) for t in (least, most)))
         nearest[k] = np.maximum(np.maximum(low, -high), 0.0) / size
     within = np.hypot(*nearest) <= 1.0 if thing.disk else (nearest <= 1.0).all(0)
     return same & within & ~odd, odd
@@ -111,13 +111,13 @@ def connect_by_ball(starts: np.ndarray, points: np.ndarray, balls: np.ndarray
     centres; and the angles (n,) by which a ray that grazes the ball falls short of the point: a path exists where
     it is 0 or less.
     """
-    found, passing, miss = np.empty((len(points), 3)), np.empty(len(points)), np.empty(len(points))
-    _connect_by_ball(starts, points, balls, found, passing, miss)
-    return found, passing, miss
+    directions, passing, miss = np.empty((len(points), 3)), np.empty(len(points)), np.empty(len(points))
+    _connect_by_ball(starts, points, balls, directions, passing, miss)
+    return directions, passing, miss
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _connect_by_ball(starts, points, balls, found, passing, miss):
+def _connect_by_ball(starts, points, balls, directions, passing, miss):
     """`connect_by_ball`, into the given arrays."""
     for i in range(len(points)):
         # Axes of the path's plane: a to the ball's centre, b across, to the light
@@ -131,24 +131,24 @@ def _connect_by_ball(starts, points, balls, found, passing, miss):
         aside = math.sqrt(bx * bx + by * by + bz * bz)
 
         # Find the angle of incidence θ by Newton's method
-        wanted = -side * math.atan2(aside, along)
+        central_angle = -side * math.atan2(aside, along)
         theta, last = 0.0, -1.0
         for _ in range(NEWTON_STEPS):
             if theta == last:
                 break
             value, slope = _central_angle(theta, side > 0.0, radius, near, far)
-            last, theta = theta, theta + (wanted - value) / slope
+            last, theta = theta, theta + (central_angle - value) / slope
             if theta < 0.0:                     # NaN remains NaN
                 theta = 0.0
             elif theta > math.pi / 2.0:
                 theta = math.pi / 2.0
-        miss[i] = wanted - _central_angle(math.pi / 2.0, side > 0.0, radius, near, far)[0]
+        miss[i] = central_angle - _central_angle(math.pi / 2.0, side > 0.0, radius, near, far)[0]
 
         # Set the ray that leaves for this place of the ball
         passing[i] = radius * math.sin(theta)
         sine = passing[i] / near
         c, s = math.sqrt(1.0 - sine * sine), sine * side / max(aside, 1e-12)
-        found[i, 0], found[i, 1], found[i, 2] = c * ax + s * bx, c * ay + s * by, c * az + s * bz
+        directions[i, 0], directions[i, 1], directions[i, 2] = c * ax + s * bx, c * ay + s * by, c * az + s * bz
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

@@ -210,12 +210,12 @@ class StarImage:
         Their light is taken from it: at most MOST of the part of a light.
         """
         if not self.reason:
-            part = np.minimum(MOST * self._strength * self._transform[1], 1.0).astype(np.float32)
+            darkening = np.minimum(MOST * self._strength * self._transform[1], 1.0).astype(np.float32)
             for first in range(0, len(picture), LINES):
                 lines = picture[first:first + LINES]
-                place = range(top + first, top + first + len(lines))
-                lines -= np.minimum(_enlarged(self._taken, self._film, place), part * lines)
-                lines += _enlarged(self._stars, self._film, place)
+                pixels = range(top + first, top + first + len(lines))
+                lines -= np.minimum(_enlarged(self._taken, self._film, pixels), darkening * lines)
+                lines += _enlarged(self._stars, self._film, pixels)
 
     def _make(self) -> None:
         """Make the stars of the lights so far, and what they take from these; a dark axis is the `reason` for none."""
@@ -233,10 +233,10 @@ class StarImage:
         blurs = [np.exp(-2.0 * (math.pi * blur * frequency(n)) ** 2)
                  for frequency, n in zip((np.fft.fftfreq, np.fft.rfftfreq), size, strict=True)]
         for channel in range(3):
-            seen = np.fft.rfft2(lights[..., channel], size)
+            spectrum = np.fft.rfft2(lights[..., channel], size)
             gain = self._strength * parts[channel]
-            for part, kernel in ((self._stars, transform), (self._taken, np.multiply.outer(*blurs))):
-                part[..., channel] = gain * np.maximum(np.fft.irfft2(seen * kernel, size)[film], 0.0)   # it rounds
+            for layer, kernel in ((self._stars, transform), (self._taken, np.multiply.outer(*blurs))):
+                layer[..., channel] = gain * np.maximum(np.fft.irfft2(spectrum * kernel, size)[film], 0.0)   # it rounds
 
     @cached_property
     def _transform(self) -> tuple[np.ndarray, np.ndarray]:
@@ -264,9 +264,9 @@ def _enlarged(image: np.ndarray, film: tuple[int, int], lines: range) -> np.ndar
         if count == own:
             image = image[lines.start:lines.stop] if axis == 0 else image
         else:
-            place = np.clip((np.array(pixels) + 0.5) * (own / count) - 0.5, 0.0, own - 1.0)
-            low = np.minimum(place.astype(int), max(own - 2, 0))
-            share = (place - low).astype(np.float32).reshape(-1, *[1] * (2 - axis))
+            position = np.clip((np.array(pixels) + 0.5) * (own / count) - 0.5, 0.0, own - 1.0)
+            low = np.minimum(position.astype(int), max(own - 2, 0))
+            share = (position - low).astype(np.float32).reshape(-1, *[1] * (2 - axis))
             image = np.take(image, low, axis) * (1 - share) + np.take(image, np.minimum(low + 1, own - 1), axis) * share
     return image
 
@@ -287,22 +287,22 @@ class FlareImage:
     @property
     def is_empty(self) -> bool:
         """Whether there is nothing to add."""
-        return all(part.reason for part in self._parts)
+        return all(effect.reason for effect in self._parts)
 
     @property
     def findings(self) -> tuple[Finding, ...]:
         """Why there are no ghosts or stars, or which lights have none; the latter is known after the first sample."""
-        return tuple(finding for part in self._parts for finding in part.findings)
+        return tuple(finding for effect in self._parts for finding in effect.findings)
 
     @property
     def state(self) -> dict[str, np.ndarray]:
         """The sums so far, by name, for `restore`."""
-        return {name: sums for part in self._parts for name, sums in part.state.items()}
+        return {name: sums for effect in self._parts for name, sums in effect.state.items()}
 
     def restore(self, state: Mapping[str, np.ndarray]) -> None:
         """Go on from such sums."""
-        for part in self._parts:
-            part.restore(state)
+        for effect in self._parts:
+            effect.restore(state)
 
     def add(self, samples: int, pool: Executor, threads: int, wanted: Callable[[], bool]) -> bool:
         """Add the light of so many samples; False when `wanted` cancelled on the way."""
@@ -310,5 +310,5 @@ class FlareImage:
 
     def add_to(self, picture: np.ndarray, top: int = 0) -> None:
         """Add the light so far to lines of a picture (lines, w, 3), the first of which is `top`."""
-        for part in self._parts:
-            part.add_to(picture, top)
+        for darkening in self._parts:
+            darkening.add_to(picture, top)

@@ -48,7 +48,7 @@ class Reusable(NamedTuple):
         old, new, film = first_order_map(self.camera), first_order_map(camera), camera.film
         if old is None or new is None or self.depth.shape != (film.pixels_y, film.pixels_x):
             return None
-        found = Reusable(camera, np.zeros_like(self.image), np.zeros_like(self.counts), np.zeros_like(self.depth),
+        reused = Reusable(camera, np.zeros_like(self.image), np.zeros_like(self.counts), np.zeros_like(self.depth),
                          np.zeros_like(self.counts))
         maps = np.array([[*lens[:5], *each.film_step.parameters] for lens, each in ((old, self.camera), (new, camera))],
                         np.float32)
@@ -59,24 +59,24 @@ class Reusable(NamedTuple):
 
         def carry(i: int) -> None:
             top, bottom = film.pixels_y * i // threads, film.pixels_y * (i + 1) // threads
-            _carry(found.image, found.counts, found.depth, found.blur, self.image, self.counts, self.depth, maps,
+            _carry(reused.image, reused.counts, reused.depth, reused.blur, self.image, self.counts, self.depth, maps,
                    places, is_still, top, bottom)
 
         list(pool.map(carry, range(threads)))
-        return found
+        return reused
 
     def mixed(self, image: np.ndarray, samples: int, pool: Executor, threads: int) -> "Reusable":
         """The same with `samples` new samples per pixel, whose mean is `image`."""
         share = np.float32(max(0.0, 1.0 - (samples - 1) / (GONE - 1.0)))
-        counts, found = np.empty_like(self.counts), np.empty_like(self.image)
+        counts, means = np.empty_like(self.counts), np.empty_like(self.image)
         blur, rows = self.blur if self.blur is not None else np.zeros_like(counts), len(counts)
 
         def mix(i: int) -> None:
-            _mix(found, counts, image, np.float32(samples), self.image, self.counts, blur, share, rows * i // threads,
+            _mix(means, counts, image, np.float32(samples), self.image, self.counts, blur, share, rows * i // threads,
                  rows * (i + 1) // threads)
 
         list(pool.map(mix, range(threads)))
-        return self._replace(image=found, counts=counts)
+        return self._replace(image=means, counts=counts)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -175,7 +175,7 @@ def _new_depth(x, y, far, old, places):
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def _mix(found, counts, image, samples, old_image, old_counts, blur, share, top, bottom):
+def _mix(means, counts, image, samples, old_image, old_counts, blur, share, top, bottom):
     """Fill the rows top … bottom − 1 with the mean of new samples, `image`, and old ones, `share` of their number.
 
     Where the lens blurs, nine new pixels are one: no detail is finer than the circle of confusion.
@@ -198,8 +198,8 @@ def _mix(found, counts, image, samples, old_image, old_counts, blur, share, top,
             one = np.float32(1) / np.float32(taps)
             old, new = share * old_counts[i, j], samples * np.float32(taps)
             counts[i, j] = old + new
-            part = old / (old + new)
+            weight = old / (old + new)
             red, green, blue = red * one, green * one, blue * one
-            found[i, j, 0] = red + part * (old_image[i, j, 0] - red)
-            found[i, j, 1] = green + part * (old_image[i, j, 1] - green)
-            found[i, j, 2] = blue + part * (old_image[i, j, 2] - blue)
+            means[i, j, 0] = red + weight * (old_image[i, j, 0] - red)
+            means[i, j, 1] = green + weight * (old_image[i, j, 1] - green)
+            means[i, j, 2] = blue + weight * (old_image[i, j, 2] - blue)

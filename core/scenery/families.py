@@ -41,17 +41,17 @@ class Family:
     hollow: bool = False
 
 
-def _spheres(seen: Seen) -> list[Step]:
-    return [Step(spheres, *sphere_parameters(*list(zip(*seen, strict=True))[:2]))]
+def _spheres(shapes: Seen) -> list[Step]:
+    return [Step(spheres, *sphere_parameters(*list(zip(*shapes, strict=True))[:2]))]
 
 
-def _planar(seen: Seen) -> list[Step]:
-    plain = all(shape.material.pattern is None for shape, _, _ in seen)
-    return [Step(plain_planar if plain else planar, *planar_parameters(*zip(*seen, strict=True)))]
+def _planar(shapes: Seen) -> list[Step]:
+    plain = all(shape.material.pattern is None for shape, _, _ in shapes)
+    return [Step(plain_planar if plain else planar, *planar_parameters(*zip(*shapes, strict=True)))]
 
 
-def _meshes(seen: Seen) -> list[Step]:
-    return mesh_steps(*list(zip(*seen, strict=True))[:2])
+def _meshes(shapes: Seen) -> list[Step]:
+    return mesh_steps(*list(zip(*shapes, strict=True))[:2])
 
 
 FAMILIES = {        # by `Shape.family`, in the order of `Scene.objects`
@@ -67,14 +67,14 @@ def by_field(shapes: Iterable[Shape]) -> dict[str, tuple[Shape, ...]]:
     return {family.field: tuple(o for o in shapes if o.family == name) for name, family in FAMILIES.items()}
 
 
-def intersection_steps(seen: Seen) -> list[Step]:
+def intersection_steps(shapes: Seen) -> list[Step]:
     """Stages that find the nearest of shapes at rest; those with an image of their own stage follow the planar ones."""
     steps = []
     for name, family in FAMILIES.items():
-        own = [one for one in seen if one[0].family == name and not is_large(one[0])]
+        own = [one for one in shapes if one[0].family == name and not is_large(one[0])]
         steps += family.intersection(own) if own else []
         if name == "planar":
-            steps += [pictured_step(o, emits) for o, emits, _ in seen if is_large(o)]
+            steps += [pictured_step(o, emits) for o, emits, _ in shapes if is_large(o)]
     return steps
 
 

@@ -97,15 +97,15 @@ def _around(values: np.ndarray, fallback: float) -> np.ndarray:
     return np.stack([padded[:-1, :-1], padded[:-1, 1:], padded[1:, :-1], padded[1:, 1:]], -1)
 
 
-def _surface(away: np.ndarray, wanted: np.ndarray, half: float, shape: float
+def _surface(away: np.ndarray, covered: np.ndarray, half: float, shape: float
              ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Corners, triangles and places in the photograph of the wanted cells; half: tangent of half the angle of view.
 
     A corner of a cell lies at the mean inverse distance of those cells around it that belong to the cell's surface.
     """
     rows, columns = away.shape
-    line, column = np.nonzero(wanted)
-    near = _around(np.where(wanted, 1.0 / away, 0.0), 0.0)
+    line, column = np.nonzero(covered)
+    near = _around(np.where(covered, 1.0 / away, 0.0), 0.0)
     own = 1.0 / away[line, column]
     x, y, inverse = [], [], []
     for down, right in ((0, 0), (0, 1), (1, 1), (1, 0)):
@@ -114,7 +114,7 @@ def _surface(away: np.ndarray, wanted: np.ndarray, half: float, shape: float
         inverse.append((others * joined).sum(1) / joined.sum(1))
         x.append((column + right) / columns)
         y.append((line + down) / rows)
-    u, v, z = (np.stack(part, 1).ravel() for part in (x, y, inverse))
+    u, v, z = (np.stack(axis, 1).ravel() for axis in (x, y, inverse))
     z = 1.0 / z
     corners = np.column_stack([(2.0 * u - 1.0) * half * z, (1.0 - 2.0 * v) * half * shape * z, -z])
     first = 4 * np.arange(len(line))[:, None]

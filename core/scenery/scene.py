@@ -193,9 +193,9 @@ class Scene:
         total = np.zeros((n, 3))
         for _ in range(samples):
             light = random.random((2, n))
-            given = {X: o[:, 0], Y: o[:, 1], Z: o[:, 2], L: l, M: m, N: n_, TIME: seconds, WEIGHT: np.ones(n),
+            inputs = {X: o[:, 0], Y: o[:, 1], Z: o[:, 2], L: l, M: m, N: n_, TIME: seconds, WEIGHT: np.ones(n),
                      V0: light[0], V1: light[1]}
-            total += program.run(given, [RED, GREEN, BLUE], n).T
+            total += program.run(inputs, [RED, GREEN, BLUE], n).T
         mean = total / samples
         return mean if lit is None else np.where(lit[:, None], mean, 0.0)
 

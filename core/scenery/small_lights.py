@@ -53,9 +53,9 @@ class ExcludedLight(NamedTuple):
                 and all(a is b for a, b in zip(self.later, other.later, strict=True)))
 
 
-def small_lights(objects: tuple[Shape, ...], place=BLACK) -> list[SmallLight]:
+def small_lights(objects: tuple[Shape, ...], eye=BLACK) -> list[SmallLight]:
     """Lights that are small as seen from a place in the world (mm)."""
-    return [light for light in _all(objects) if light.radius < SMALL * math.dist(light.centre, place)]
+    return [light for light in _all(objects) if light.radius < SMALL * math.dist(light.centre, eye)]
 
 
 @byte_cache(MOST_KEPT, 16, NEWEST)
@@ -183,18 +183,18 @@ def samples_of(thing: Shape, light: SmallLight) -> np.ndarray:
     texels = image.values[top:bottom + 1, left:right + 1].astype(float) * colour
     down = np.maximum(1.0 - np.abs(y[:, None] - np.arange(bottom - top + 1)), 0.0)
     over = np.maximum(1.0 - np.abs(x[:, None] - np.arange(right - left + 1)), 0.0)
-    for weights, at, first, size in ((down, y, top, image.height), (over, x, left, image.width)):
+    for weights, position, first, size in ((down, y, top, image.height), (over, x, left, image.width)):
         if first == 0:                                          # a texel at the border reaches it
-            weights[at < 0.0, 0] = 1.0
+            weights[position < 0.0, 0] = 1.0
         if first + weights.shape[1] == size:
-            weights[at > weights.shape[1] - 1, -1] = 1.0
+            weights[position > weights.shape[1] - 1, -1] = 1.0
     y, x = y + top, x + left
     within_y, within_x = (y > -0.5) & (y < image.height - 0.5), (x > -0.5) & (x < image.width - 0.5)
     shine = np.einsum("ia,jb,abc->ijc", down[within_y], over[within_x], texels)
     bright = shine.sum(2)
     # Invert the cumulative distribution, over the lines and then along each
-    many = np.cumsum(bright.sum(1)) / bright.sum()
-    i = np.searchsorted(many, u).clip(0, len(many) - 1)
+    cumulative = np.cumsum(bright.sum(1)) / bright.sum()
+    i = np.searchsorted(cumulative, u).clip(0, len(cumulative) - 1)
     along = np.cumsum(bright, 1) / bright.sum(1, keepdims=True)
     j = np.array([np.searchsorted(along[a], b) for a, b in zip(i, v, strict=True)]).clip(0, bright.shape[1] - 1)
     places = np.column_stack([(j + 0.5) / bright.shape[1] * 2.0 - 1.0, 1.0 - (i + 0.5) / bright.shape[0] * 2.0])

@@ -27,8 +27,8 @@ def crowded_scene(count: int) -> Scene:
     rng, side, balls = np.random.default_rng(2), math.ceil(math.sqrt(count)), []
     for i in range(count):
         radius, (aside, back) = rng.uniform(20.0, 50.0), rng.uniform(-20.0, 20.0, 2)
-        place = (120.0 * (i % side - side / 2) + aside, radius - 300.0, -600.0 - 120.0 * (i // side) + back)
-        balls.append(Sphere(place, radius, Material(tuple(rng.uniform(0.2, 0.9, 3)))))
+        centre = (120.0 * (i % side - side / 2) + aside, radius - 300.0, -600.0 - 120.0 * (i // side) + back)
+        balls.append(Sphere(centre, radius, Material(tuple(rng.uniform(0.2, 0.9, 3)))))
     return Scene("crowd", sun=Sun((0.4, 0.7, 0.3)), floor=Floor(-300.0), spheres=tuple(balls))
 
 
@@ -36,7 +36,7 @@ def lamps_scene(count: int) -> Scene:
     """The ten spheres of `benchmark_scene` at night, under small lamps of many colours; render it with shadows."""
     rng, dark, lamps = np.random.default_rng(3), (0.0, 0.0, 0.0), []
     for _ in range(count):
-        place = tuple(rng.uniform((-1800.0, -150.0, -6000.0), (1800.0, 900.0, -600.0)))
+        centre = tuple(rng.uniform((-1800.0, -150.0, -6000.0), (1800.0, 900.0, -600.0)))
         light = rng.uniform(0.3, 1.0, 3) * rng.lognormal(0.0, 0.7) * 4000.0 / count
-        lamps.append(Sphere(place, rng.uniform(5.0, 20.0), Material(tuple(light), "lamp")))
+        lamps.append(Sphere(centre, rng.uniform(5.0, 20.0), Material(tuple(light), "lamp")))
     return Scene("lamps", sky=Sky(dark, dark, dark), floor=Floor(), spheres=(*benchmark_scene().spheres, *lamps))

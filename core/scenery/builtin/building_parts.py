@@ -100,19 +100,19 @@ def torus(centre: ArrayLike, radius: float, thickness: float, material: Material
     return Mesh.of(points.reshape(-1, 3), faces, material, normals=normals.reshape(-1, 3), name=name)
 
 
-def joined(parts: list[Mesh], turn: float, place: ArrayLike, name: str) -> list[Mesh]:
+def joined(parts: list[Mesh], turn: float, position: ArrayLike, name: str) -> list[Mesh]:
     """Meshes of one material each from many, turned about y (radians) and moved (mm)."""
     c, s = np.cos(turn), np.sin(turn)
     rotation = np.array([[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]])
-    found = []
-    for material in dict.fromkeys(part.material for part in parts):
-        alike = [part for part in parts if part.material == material]
-        starts = np.cumsum([0, *(len(part.points) for part in alike)])
-        points = np.concatenate([part.points for part in alike]) @ rotation.T + place
-        normals = np.concatenate([np.frombuffer(part.normals, np.float32).reshape(-1, 3) for part in alike])
-        faces = np.concatenate([part.triangles + start for part, start in zip(alike, starts, strict=False)])
-        found.append(Mesh.of(points, faces, material, normals=normals @ rotation.T, name=name))
-    return found
+    meshes = []
+    for material in dict.fromkeys(mesh.material for mesh in parts):
+        alike = [mesh for mesh in parts if mesh.material == material]
+        starts = np.cumsum([0, *(len(mesh.points) for mesh in alike)])
+        points = np.concatenate([mesh.points for mesh in alike]) @ rotation.T + position
+        normals = np.concatenate([np.frombuffer(mesh.normals, np.float32).reshape(-1, 3) for mesh in alike])
+        faces = np.concatenate([mesh.triangles + start for mesh, start in zip(alike, starts, strict=False)])
+        meshes.append(Mesh.of(points, faces, material, normals=normals @ rotation.T, name=name))
+    return meshes
 
 
 # A bicycle, built in the plane z = 0, the ground at y = 0, the front wheel at +x
@@ -123,8 +123,8 @@ WHEEL, SPOKES = 318.0, 28
 BEAM = (558.0, 730.0, 0.0)      # middle of the head light
 
 
-def bicycle(turn: float, place: ArrayLike, paint: Material) -> list[Mesh]:
-    """A bicycle turned about y (radians), its wheels below the middle at `place` (mm)."""
+def bicycle(turn: float, position: ArrayLike, paint: Material) -> list[Mesh]:
+    """A bicycle turned about y (radians), its wheels below the middle at `position` (mm)."""
     steel, rubber = Material((0.80, 0.81, 0.83), "metal"), Material((0.022, 0.022, 0.024))
     leather = Material((0.16, 0.07, 0.03))
     side = np.array([0.0, 0.0, 1.0])
@@ -157,10 +157,10 @@ def bicycle(turn: float, place: ArrayLike, paint: Material) -> list[Mesh]:
         parts += [torus(hub, WHEEL, 17.0, rubber), torus(hub, WHEEL - 20.0, 8.0, steel),
                   pipe([hub - 66.0 * side, hub + 66.0 * side], 15.0, steel)]
         for k in range(SPOKES):
-            at, across = 2.0 * np.pi * k / SPOKES, (22.0 if k % 2 else -22.0) * side
-            lean = at + (0.9 if k // 2 % 2 else -0.9)
+            phi, across = 2.0 * np.pi * k / SPOKES, (22.0 if k % 2 else -22.0) * side
+            lean = phi + (0.9 if k // 2 % 2 else -0.9)
             parts.append(tube(np.stack([hub + across + 24.0 * np.array([np.cos(lean), np.sin(lean), 0.0]),
-                                        hub + (WHEEL - 22.0) * np.array([np.cos(at), np.sin(at), 0.0])]), 1.6, steel,
+                                        hub + (WHEEL - 22.0) * np.array([np.cos(phi), np.sin(phi), 0.0])]), 1.6, steel,
                               1.0, 4, "bicycle"))
         # Mudguard
         low, high = (0.15, 1.05) if hub is REAR else (0.18, 0.72)
@@ -177,7 +177,7 @@ def bicycle(turn: float, place: ArrayLike, paint: Material) -> list[Mesh]:
                     SEAT + [60.0, 140.0, 0.0], SEAT + [105.0, 132.0, 0.0]], 62.0, leather, 0.25),
               pipe([HEAD + [40.0, 40.0, 0.0], np.array(BEAM) - [75.0, -10.0, 0.0]], 7.0, steel),
               pipe([np.array(BEAM) - [x, 0.0, 0.0] for x in (80.0, 40.0, 4.0)], 30.0, steel, 1.6)]
-    return joined(parts, turn, place, "bicycle")
+    return joined(parts, turn, position, "bicycle")
 
 
 # Figures for signs, five dots wide and seven high

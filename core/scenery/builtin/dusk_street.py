@@ -67,7 +67,7 @@ def _house(side: float, near: float, far: float, bays: int, floors: int, seed: i
     deep = x + side * 7000.0
     end = np.array([[x, GROUND, -near], [deep, GROUND, -near], [deep, top, -near], [x, top, -near]])
     roof = np.array([[x, top, -near], [deep, top + 2600.0, -near], [deep, top + 2600.0, -far], [x, top, -far]])
-    found = [Mesh.of(front, faces, wall, uv=uv, name="front"), Mesh.of(end, faces, plain, name="wall"),
+    meshes = [Mesh.of(front, faces, wall, uv=uv, name="front"), Mesh.of(end, faces, plain, name="wall"),
              Mesh.of(roof, faces, Material((0.10, 0.07, 0.065)), name="roof")]
     # Only the panes shine: a quad for each run of bright texels in a row
     quads, places = [], []
@@ -81,7 +81,7 @@ def _house(side: float, near: float, far: float, bays: int, floors: int, seed: i
                 places.append((u, v))
     k = 4 * np.arange(len(quads) // 4)[:, None]
     panes = np.concatenate([k + [0, 1, 2], k + [0, 2, 3]])
-    return [*found, Mesh.of(np.array(quads), panes, glow, uv=np.array(places), name="windows")]
+    return [*meshes, Mesh.of(np.array(quads), panes, glow, uv=np.array(places), name="windows")]
 
 
 def _sign(text: str, x: float, y: float, z: float, high: float, colour: Triple) -> Rectangle:
@@ -121,10 +121,10 @@ def dusk_street() -> Scene:
         for dx in (-620.0, 620.0):
             lights.append(Sphere((-1150.0 + dx, RISE - 850.0, -z), 75.0, Material((30.0, 28.0, 23.0), "light")))
             lights.append(Sphere((1250.0 + dx, RISE - 800.0, -z - 3000.0), 70.0, Material((22.0, 1.2, 0.5), "light")))
-    turn, place = -0.55, np.array([60.0, GROUND, -BICYCLE])
-    front = place + [BEAM[0] * np.cos(turn), BEAM[1], -BEAM[0] * np.sin(turn)]
+    turn, stand = -0.55, np.array([60.0, GROUND, -BICYCLE])
+    front = stand + [BEAM[0] * np.cos(turn), BEAM[1], -BEAM[0] * np.sin(turn)]
     lights.append(Sphere(triple(front), 40.0, Material((16.0, 13.0, 8.0), "light")))
-    ridden = bicycle(turn, place, Material((0.62, 0.035, 0.03), "coat", gloss=0.97))
+    ridden = bicycle(turn, stand, Material((0.62, 0.035, 0.03), "coat", gloss=0.97))
     water = Material((0.30, 0.31, 0.34), "metal")
     puddle = [Disk((x, GROUND + 1.0, -BICYCLE + z), (0.0, 1.0, 0.0), radius, water) for x, z, radius in (
         (-250.0, 60.0, 420.0), (180.0, 330.0, 330.0), (420.0, -60.0, 400.0), (-640.0, -140.0, 250.0),

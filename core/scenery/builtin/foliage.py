@@ -41,17 +41,17 @@ def _crown(count: int, low: tuple[float, float, float], high: tuple[float, float
            seed: int, name: str) -> list[Mesh]:
     """Leaves in a box: those that the sun shines through, and those in the shade of others."""
     random = np.random.default_rng(seed)
-    found = []
-    for part, shining in ((0.45, True), (0.55, False)):
-        n = int(count * part)
+    meshes = []
+    for fraction, shining in ((0.45, True), (0.55, False)):
+        n = int(count * fraction)
         centres = random.uniform(low, high, (n, 3))
         points, faces = _leaves(n, centres, size * random.uniform(0.6, 1.3, n), random)
         tint = np.array([0.55, 0.85, 0.10]) * (1.0 - 0.5 * random.random((n, 1)))
         tint += random.random((n, 1)) * [0.5, 0.1, 0.0]
         colours = np.repeat(tint * random.uniform(0.4, 1.0, (n, 1)), CORNERS, 0) * np.tile(EDGES, (n, 1))
         material = Material((glow, glow, glow), "light") if shining else Material((0.30, 0.42, 0.16))
-        found.append(Mesh.of(points, faces, material, colours=colours if shining else None, name=name))
-    return found
+        meshes.append(Mesh.of(points, faces, material, colours=colours if shining else None, name=name))
+    return meshes
 
 
 def foliage() -> Scene:

@@ -13,9 +13,9 @@ PLACE = (15.0, 25.0, -1290.0)       # mm: middle of the head
 HEAD = np.array([76.0, 112.0, 96.0])    # half-axes: ear to ear, top to chin, nose to nape
 
 
-def _hill(a: np.ndarray, e: np.ndarray, at: tuple[float, float], wide: float, high: float, size: float) -> np.ndarray:
+def _hill(a: np.ndarray, e: np.ndarray, top: tuple[float, float], wide: float, high: float, size: float) -> np.ndarray:
     """A soft hill (or hollow) at an azimuth and elevation (radians), as a part of the radius."""
-    return size * np.exp(-((a - at[0]) / wide) ** 2 - ((e - at[1]) / high) ** 2)
+    return size * np.exp(-((a - top[0]) / wide) ** 2 - ((e - top[1]) / high) ** 2)
 
 
 def _rise(x: np.ndarray, width: float) -> np.ndarray:
@@ -108,8 +108,8 @@ def _torso(material: Material) -> Mesh:
     wide = np.array([52.0, 50.0, 52.0, 62.0, 102.0, 150.0, 186.0, 200.0, 186.0, 140.0, 84.0, 0.5])
     deep = np.array([50.0, 50.0, 51.0, 56.0, 66.0, 78.0, 90.0, 96.0, 92.0, 78.0, 60.0, 0.5])
     fine = np.linspace(0.0, len(heights) - 1.0, 150)
-    at = np.arange(len(heights))
-    heights, wide, deep = (np.interp(fine, at, values) for values in (heights, wide, deep))
+    indices = np.arange(len(heights))
+    heights, wide, deep = (np.interp(fine, indices, values) for values in (heights, wide, deep))
     kernel = np.hanning(19) / np.hanning(19).sum()
     heights, wide, deep = (np.convolve(np.pad(values, 9, mode="edge"), kernel, "valid")
                            for values in (heights, wide, deep))

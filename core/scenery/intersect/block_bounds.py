@@ -115,27 +115,27 @@ def _interval(real, out, begin, end, per, low, high, flat, steep):
 
 
 @stage
-def beam_misses(seen, cx, cy, cz, half_f, half_u, half_r):
+def beam_misses(bounds, cx, cy, cz, half_f, half_u, half_r):
     """Whether no ray of a `beam` (its row) meets a box: its centre, and half-widths forward, upward and rightward."""
-    (ox, oy, oz), (fx, fy, fz), (ux, uy, uz) = vector(seen, ORIGIN), vector(seen, FORWARD), vector(seen, UPWARD)
+    (ox, oy, oz), (fx, fy, fz), (ux, uy, uz) = vector(bounds, ORIGIN), vector(bounds, FORWARD), vector(bounds, UPWARD)
     ax, ay, az = cx - ox, cy - oy, cz - oz
     f = ax * fx + ay * fy + az * fz
     u = ax * ux + ay * uy + az * uz
-    r = ax * seen[RIGHTWARD] + az * seen[RIGHTWARD + 2]
+    r = ax * bounds[RIGHTWARD] + az * bounds[RIGHTWARD + 2]
     near, far = f - half_f, f + half_f
-    low, high = _between(seen, VERTICAL, near, far)
-    left, right = _between(seen, HORIZONTAL, near, far)
+    low, high = _between(bounds, VERTICAL, near, far)
+    left, right = _between(bounds, HORIZONTAL, near, far)
     missed = ((low > u + half_u) | (high < u - half_u) | (left > r + half_r) | (right < r - half_r)
-              | (far < seen[REAR]))
-    return missed & (seen[KNOWN] > 0)                               # NaN, from an endless box: not missed
+              | (far < bounds[REAR]))
+    return missed & (bounds[KNOWN] > 0)                               # NaN, from an endless box: not missed
 
 
 @njit(inline="always")
-def _between(seen, k, near, far):
+def _between(bounds, k, near, far):
     """Least and greatest place of the rays, from near to far in front of ORIGIN."""
-    least, greatest = seen[k + LEAST_SLOPE], seen[k + GREATEST_SLOPE]
-    return (seen[k + LEAST] + min(near * least, far * least, near * greatest, far * greatest),
-            seen[k + GREATEST] + max(near * least, far * least, near * greatest, far * greatest))
+    least, greatest = bounds[k + LEAST_SLOPE], bounds[k + GREATEST_SLOPE]
+    return (bounds[k + LEAST] + min(near * least, far * least, near * greatest, far * greatest),
+            bounds[k + GREATEST] + max(near * least, far * least, near * greatest, far * greatest))
 
 
 @njit(inline="always")

@@ -73,9 +73,9 @@ def surfaces(meshes: tuple[Any, ...]) -> Surfaces:
     for k, mesh in enumerate(meshes):
         table = np.zeros((len(mesh.points), VERTEX), np.float32)
         table[:, PLACE:NORMAL], table[:, TINT:] = mesh.points, 1.0
-        for data, at, end in ((mesh.normals, NORMAL, UV), (mesh.uv, UV, TINT), (mesh.colours, TINT, VERTEX)):
+        for data, begin, end in ((mesh.normals, NORMAL, UV), (mesh.uv, UV, TINT), (mesh.colours, TINT, VERTEX)):
             if data:
-                table[:, at:end] = np.frombuffer(data, np.float32).reshape(len(table), -1)
+                table[:, begin:end] = np.frombuffer(data, np.float32).reshape(len(table), -1)
         corners.append(mesh.triangles + np.int32(first))
         vertices.append(table)
         owners.append(np.full(len(mesh.triangles), k, np.int32))
@@ -87,7 +87,7 @@ def surfaces(meshes: tuple[Any, ...]) -> Surfaces:
 
 def mesh_steps(meshes: Sequence[Any], emission: Sequence[float]) -> list[Step]:
     """The stages of meshes, after `beam`. emission: value of the row EMITS for each."""
-    found = surfaces(tuple(meshes))
+    tree = surfaces(tuple(meshes))
     numbers, integers, kept = [], [], []
     for mesh, emits in zip(meshes, emission, strict=True):
         material = mesh.material
@@ -96,7 +96,7 @@ def mesh_steps(meshes: Sequence[Any], emission: Sequence[float]) -> list[Step]:
                                       GREATEST: 0.0 if image is None else image.greatest}))
         integers += [int(image is not None), *([0] * TEXTURE if image is None else image.integers(REPEATED))]
         kept.append(image)
-    return [Step(find_meshes, found.bounds, found.find_integers, kept=found),
+    return [Step(find_meshes, tree.bounds, tree.find_integers, kept=tree),
             Step(mesh_surfaces, np.concatenate(numbers), integers, kept=kept)]
 
 
@@ -214,10 +214,10 @@ def mesh_surfaces(lanes, p, ints, key):
     emits, finish, red, green, blue = row[EMITS], row[FINISH], row[RED], row[GREEN], row[BLUE]
     met, u, v, mesh, wide_u, wide_v = row[A0], row[A1], row[A2], row[A3], row[A7], row[A8]
     er, eg, eb, r, g, b = row[A4], row[A5], row[A6], row[A9], row[A10], row[A11]
-    many = np.int32(0)
+    count = np.int32(0)
     for i in range(B):
-        many = np.int32(many + np.int32(met[i] > real(0)))
-    if many == 0:
+        count = np.int32(count + np.int32(met[i] > real(0)))
+    if count == 0:
         return
     kept = np.empty((7, B), lanes.dtype)
     for s in range(0, p.size, SURFACE):
@@ -225,10 +225,10 @@ def mesh_surfaces(lanes, p, ints, key):
         this, k = real(number), number * SURFACE_INTEGERS
         (cr, cg, cb), emission, own_finish = vector(p, s + COLOUR), p[s + EMISSION], p[s + OWN_FINISH]
         greatest = p[s + GREATEST]
-        many = np.int32(0)
+        count = np.int32(0)
         for i in range(B):
-            many = np.int32(many + np.int32((met[i] > real(0)) & (mesh[i] == this)))
-        if many == 0:
+            count = np.int32(count + np.int32((met[i] > real(0)) & (mesh[i] == this)))
+        if count == 0:
             continue
         for i in range(B):
             hit = (met[i] > real(0)) & (mesh[i] == this)
@@ -257,11 +257,11 @@ def mesh_surfaces(lanes, p, ints, key):
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def _distances(nodes, leaves, stack, origins, directions, out):
-    links, entries, found = np.empty(stack, np.int32), np.empty(stack, np.float64), np.empty(24, np.float64)
+    links, entries, scratch = np.empty(stack, np.int32), np.empty(stack, np.float64), np.empty(24, np.float64)
     for i in range(len(origins)):
         direction = directions[i, 0], directions[i, 1], directions[i, 2]
         number, t, _, _ = search(np.float64, nodes, leaves, (origins[i, 0], origins[i, 1], origins[i, 2]), direction,
-                                 inverse_of(np.float64, direction), np.inf, False, links, entries, found)
+                                 inverse_of(np.float64, direction), np.inf, False, links, entries, scratch)
         out[i] = t if number >= 0 else np.nan
 
 

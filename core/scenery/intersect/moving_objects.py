@@ -53,7 +53,7 @@ def _neighbours(shapes: list[Shape]) -> list[list[Shape]]:
     centres = np.array([o.centre for o in shapes])
     order = np.argsort(centres[:, np.argmax(np.ptp(centres, 0))], kind="stable")
     half = len(shapes) // 2
-    return [group for part in (order[:half], order[half:]) for group in _neighbours([shapes[j] for j in part])]
+    return [group for indices in (order[:half], order[half:]) for group in _neighbours([shapes[j] for j in indices])]
 
 
 def moving_groups(shapes: Sequence[Shape], opening: float,
@@ -69,9 +69,9 @@ def moving_groups(shapes: Sequence[Shape], opening: float,
     packed = []
     for which, alike in enumerate(groups.values()):
         for group in _neighbours(alike):
-            held = packer(*by_family(group))
+            contents = packer(*by_family(group))
             packed += [Packed(motion_parameters(group, opening),
-                              [MOTION + held.parameters.size, GROUP + np.size(held.integers), which]), held]
+                              [MOTION + contents.parameters.size, GROUP + np.size(contents.integers), which]), contents]
     return join(*packed)
 
 
@@ -141,7 +141,7 @@ def to_world_frame(real, motion, t, x, y, z, dx, dy, dz):
     return qx + (px + vx * t), qy + (py + vy * t), qz + (pz + vz * t), ex, ey, ez
 
 
-@stage(part=True)
+@stage(inlined=True)
 def keep_world(lanes, point, way, normals):
     """Keep points (3 rows from `point` on, mm) and directions (from `way`) in H0 … H5; normals: NX NY NZ in H6 … H8."""
     row = rows(lanes)
@@ -154,7 +154,7 @@ def keep_world(lanes, point, way, normals):
                 row[H6 + k, i] = row[NX + k, i]
 
 
-@stage(part=True)
+@stage(inlined=True)
 def enter_rest_frame(lanes, motion, point, way, normals):
     """Write what `keep_world` kept to its rows, in the frame where a group rests."""
     real = lanes.dtype.type
@@ -172,7 +172,7 @@ def enter_rest_frame(lanes, motion, point, way, normals):
                                                          ux[i], uy[i], uz[i])
 
 
-@stage(part=True)
+@stage(inlined=True)
 def leave_rest_frame(lanes, point, way, normals):
     """Write what `keep_world` kept back to its rows, in the world."""
     row = rows(lanes)
@@ -205,25 +205,25 @@ def moving(lanes, p, ints, key):
     """Intersect rays with moving shapes, after `beam`; the nearest surface stays.  p: moving_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
-    depth, near, seen = row[DEPTH], row[H6], row[H7]
+    depth, near, world_beam = row[DEPTH], row[H6], row[H7]
 
     # Keep the rays and their beam in the world
     early, late = time_bounds(lanes)
     keep_world(lanes, X, L, False)
     for i in range(B):
-        seen[i] = row[BEAM][i]
+        world_beam[i] = row[BEAM][i]
     s, k, last, current = 0, 0, 0, -1
     while s < p.size:
-        here, begin, which = s, s + MOTION, ints[k + WHICH]
-        flat, held = begin + ints[k + GROUP], k + GROUP + 2
-        flat_held = held + ints[k + GROUP + 1]
+        motion, begin, which = s, s + MOTION, ints[k + WHICH]
+        flat, ball_integers = begin + ints[k + GROUP], k + GROUP + 2
+        flat_integers = ball_integers + ints[k + GROUP + 1]
         s, k = s + ints[k + LENGTH], k + ints[k + COUNT]
 
         # Skip a group that the beam misses wherever the group is meanwhile
-        cx, cy, cz, wide, wx, wy, wz = swept_bounds(real, p, here, early, late)
-        (fx, fy, fz), (ux, uy, uz) = vector(seen, FORWARD), vector(seen, UPWARD)
-        rx, rz = seen[RIGHTWARD], seen[RIGHTWARD + 2]
-        if beam_misses(seen, cx, cy, cz, wide + abs(wx * fx + wy * fy + wz * fz),
+        cx, cy, cz, wide, wx, wy, wz = swept_bounds(real, p, motion, early, late)
+        (fx, fy, fz), (ux, uy, uz) = vector(world_beam, FORWARD), vector(world_beam, UPWARD)
+        rx, rz = world_beam[RIGHTWARD], world_beam[RIGHTWARD + 2]
+        if beam_misses(world_beam, cx, cy, cz, wide + abs(wx * fx + wy * fy + wz * fz),
                        wide + abs(wx * ux + wy * uy + wz * uz), wide + abs(wx * rx + wz * rz)):
             continue
 
@@ -231,15 +231,15 @@ def moving(lanes, p, ints, key):
         if which != current:
             if current >= 0:
                 _normals_to_world(lanes, p, last)
-            enter_rest_frame(lanes, motion_of(p, here), X, L, False)
+            enter_rest_frame(lanes, motion_of(p, motion), X, L, False)
             for i in range(B):
                 near[i] = depth[i]
             beam(lanes, p, ints, key)
-            last, current = here, which
+            last, current = motion, which
 
         # Intersect them there
-        spheres(lanes, p[begin:flat], ints[held:flat_held], key)
-        planar(lanes, p[flat:s], ints[flat_held:k], key)
+        spheres(lanes, p[begin:flat], ints[ball_integers:flat_integers], key)
+        planar(lanes, p[flat:s], ints[flat_integers:k], key)
     if current >= 0:
         _normals_to_world(lanes, p, last)
     leave_rest_frame(lanes, X, L, False)
@@ -252,10 +252,10 @@ def _normals_to_world(lanes, p, s):
     row = rows(lanes)
     time, depth, near, nx, ny, nz = row[TIME], row[DEPTH], row[H6], row[NX], row[NY], row[NZ]
     motion = motion_of(p, s)
-    many = np.int32(0)
+    count = np.int32(0)
     for i in range(B):
-        many = np.int32(many + np.int32(depth[i] < near[i]))
-    if many == 0:
+        count = np.int32(count + np.int32(depth[i] < near[i]))
+    if count == 0:
         return
     for i in range(B):
         _, _, _, ux, uy, uz = to_world_frame(real, motion, time[i], real(0), real(0), real(0), nx[i], ny[i], nz[i])

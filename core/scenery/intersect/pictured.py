@@ -40,23 +40,23 @@ def is_large(shape: Any) -> bool:
 
 def pictured_step(shape: Any, emission: float) -> Step:
     """The stage of a still shape with an image. emission: value of the row EMITS."""
-    found = texture(shape.material.pattern.image)
+    picture = texture(shape.material.pattern.image)
     if shape.family == "planar":
-        return Step(pictured_planar, [*pack(PLANAR, fields_of(shape, emission)), found.greatest],
-                    [shape.round, *found.integers()], kept=found)
+        return Step(pictured_planar, [*pack(PLANAR, fields_of(shape, emission)), picture.greatest],
+                    [shape.round, *picture.integers()], kept=picture)
     material = shape.material
     return Step(pictured_sphere,
                 pack(BALL, {CENTRE: shape.centre, RADIUS2: shape.radius**2, RADIUS: shape.radius,
                             COLOUR: material.colour, EMISSION: emission, OWN_FINISH: material.finish(shape.radius),
-                            BALL_GREATEST: found.greatest}), found.integers(AROUND), kept=found)
+                            BALL_GREATEST: picture.greatest}), picture.integers(AROUND), kept=picture)
 
 
 def pictured_floor_step(floor: Floor) -> Step:
     """The stage of a floor with an image."""
     assert floor.image is not None
-    found, numbers = texture(floor.image), floor_parameters(floor)
+    picture, numbers = texture(floor.image), floor_parameters(floor)
     numbers[AXIS_B:AXIS_B + 3] *= -floor.image.width / floor.image.height       # its rows run against the axis
-    return Step(pictured_floor, [*numbers, found.greatest], found.integers(REPEATED), kept=found)
+    return Step(pictured_floor, [*numbers, picture.greatest], picture.integers(REPEATED), kept=picture)
 
 
 @stage
@@ -83,14 +83,14 @@ def pictured_sphere(lanes, p, ints, key):
     emission, own_finish, scale = p[EMISSION], p[OWN_FINISH], real(1) / p[RADIUS]
 
     # Find the front of the sphere
-    many = np.int32(0)
+    count = np.int32(0)
     for i in range(B):
         along, miss2 = closest_approach(cx - x[i], cy - y[i], cz - z[i], dx[i], dy[i], dz[i])
         t = along - math.sqrt(r2 - miss2)
         hit = (t > real(0)) & (t < depth[i])
         met[i] = t if hit else real(0)
-        many = np.int32(many + np.int32(hit))
-    if many == 0:
+        count = np.int32(count + np.int32(hit))
+    if count == 0:
         return
 
     # Record the surface, its place in the picture and the footprint there

@@ -47,10 +47,10 @@ def planar_parameters(shapes, emission=None, specular=None) -> Packed:
             kind = KINDS[pattern.kind]
             fields |= {COLOUR2: pattern.colour, COLUMNS: pattern.columns, LINES: pattern.rows, LINE: pattern.line}
             if pattern.image is not None:
-                seen = other.material.pattern
-                image = ripmap(pattern.image.values).packed(*([] if seen == pattern else [ripmap(seen.image.values)]))
-        sizes = [PLANAR + sum(part.parameters.size for part in image),
-                 PLANAR_INTEGERS + sum(np.size(part.integers) for part in image)]
+                shown = other.material.pattern
+                image = ripmap(pattern.image.values).packed(*([] if shown == pattern else [ripmap(shown.image.values)]))
+        sizes = [PLANAR + sum(level.parameters.size for level in image),
+                 PLANAR_INTEGERS + sum(np.size(level.integers) for level in image)]
         packed += [Packed(pack(PLANAR, fields), [*sizes, kind, o.round]), *image]
     return join(*packed)
 
@@ -108,10 +108,10 @@ def meet(lanes, q, is_disk):
 
     is_disk: 1 for a disk, 0 for a rectangle. A0, A1, A2 as `intersect` leaves them, unless no ray sees it.
     """
-    seen = rows(lanes)[BEAM]
+    bounds = rows(lanes)[BEAM]
     u2, v2 = q[HALF_U] * q[HALF_U], q[HALF_V] * q[HALF_V]
-    if beam_misses(seen, q[CENTRE], q[CENTRE + 1], q[CENTRE + 2], _half(seen, FORWARD, q, u2, v2),
-                   _half(seen, UPWARD, q, u2, v2), _half(seen, RIGHTWARD, q, u2, v2)):
+    if beam_misses(bounds, q[CENTRE], q[CENTRE + 1], q[CENTRE + 2], _half(bounds, FORWARD, q, u2, v2),
+                   _half(bounds, UPWARD, q, u2, v2), _half(bounds, RIGHTWARD, q, u2, v2)):
         return np.int32(0)
     crossed = intersect(lanes, q, is_disk)
     if crossed > 0:
@@ -120,9 +120,9 @@ def meet(lanes, q, is_disk):
 
 
 @stage
-def _half(seen, k, q, u2, v2):
+def _half(bounds, k, q, u2, v2):
     """Half-width of a shape q along the beam's axis at k; u2, v2: squared lengths of its half-axes."""
-    (bx, by, bz), (ax, ay, az), (cx, cy, cz) = vector(seen, k), vector(q, AXIS_U), vector(q, AXIS_V)
+    (bx, by, bz), (ax, ay, az), (cx, cy, cz) = vector(bounds, k), vector(q, AXIS_U), vector(q, AXIS_V)
     return abs(bx * ax + by * ay + bz * az) * u2 + abs(bx * cx + by * cy + bz * cz) * v2
 
 

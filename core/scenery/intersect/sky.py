@@ -63,7 +63,7 @@ def tile_side(real, hx, hy, hz, dx, dy, dz, steep, wide, a_axis, b_axis, a0, b0,
     return (real(4) * odd - real(1)) * checker_contrast(real, a, b, wide_a, wide_b)
 
 
-@stage(part=True)
+@stage(inlined=True)
 def meet_floor(lanes, p):
     """Record the floor, but its colour, where it is the nearest surface. Returns how many rays meet it.
 
@@ -175,10 +175,10 @@ def sun_disk(lanes, p, ints, key):
     (sx, sy, sz), chord2, (r, g, b) = vector(p, DIRECTION), p[CHORD2], vector(p, RADIANCE)
     for i in range(B):
         ax, ay, az = dx[i] - sx, dy[i] - sy, dz[i] - sz
-        seen = ax * ax + ay * ay + az * az < chord2
-        red[i] = r if seen else red[i]
-        green[i] = g if seen else green[i]
-        blue[i] = b if seen else blue[i]
+        on_disk = ax * ax + ay * ay + az * az < chord2
+        red[i] = r if on_disk else red[i]
+        green[i] = g if on_disk else green[i]
+        blue[i] = b if on_disk else blue[i]
 
 
 # COSINE, SINE: of the turn. Integers: place and count of the texels, texels across and down

@@ -124,7 +124,7 @@ def spheres(lanes, p, ints, key):
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, emits, finish, nx, ny, nz = row[DEPTH], row[EMITS], row[FINISH], row[NX], row[NY], row[NZ]
     red, green, blue, ahead, inside = row[RED], row[GREEN], row[BLUE], row[A0], row[A1]
-    seen = row[BEAM]
+    bounds = row[BEAM]
     s, k = 0, 0
     while s < p.size:
         (cx, cy, cz), r2, radius, below = vector(p, s + CENTRE), p[s + RADIUS2], p[s + RADIUS], ints[k]
@@ -132,7 +132,7 @@ def spheres(lanes, p, ints, key):
         s, k = s + SPHERE, k + 1
 
         # Skip a sphere or a whole node that the block's beam misses
-        if beam_misses(seen, cx, cy, cz, radius, radius, radius):
+        if beam_misses(bounds, cx, cy, cz, radius, radius, radius):
             s, k = s + below * SPHERE, k + below
             continue
         if below > CROWD:

@@ -75,7 +75,7 @@ def ripmap(image: np.ndarray) -> Ripmap:
         lines = narrow.pop(0).transpose(1, 0, 2)
         sums = _prefix_sums(lines)
         parts += [_means(lines, sums, n).reshape(-1, 3).astype(image.dtype) for n in down[1:]]
-    starts = np.cumsum([0] + [len(part) for part in parts[:-1]]).tolist()
+    starts = np.cumsum([0] + [len(level) for level in parts[:-1]]).tolist()
     return Ripmap(across, down, starts, np.concatenate(parts))
 
 
@@ -98,7 +98,7 @@ def look_up(lanes, p, ints):
     real = lanes.dtype.type
     row = rows(lanes)
     u, v, across, down = row[A1], row[A2], row[A1], row[A2]
-    at, line, place = row[A9], row[A3], row[A10]
+    reduction, line, column = row[A9], row[A3], row[A10]
     level_u, level_v, columns, lines = row[A4], row[A5], row[A7], row[A8]
     red, green, blue, path = row[A4], row[A5], row[A6], row[PATH]
     most_u, most_v, starts = ints[LEVELS_U], ints[LEVELS_V], ints[STARTS:]
@@ -122,7 +122,7 @@ def look_up(lanes, p, ints):
         a, b = level_u[i], level_v[i]
         a, b = a if a > real(1) else real(1), b if b > real(1) else real(1)
         level_u[i], level_v[i] = a if either else real(0), b if either else real(0)
-        at[i] = real(1) + (a - real(1)) * across_levels + b - real(1) if either else real(0)
+        reduction[i] = real(1) + (a - real(1)) * across_levels + b - real(1) if either else real(0)
     gather(columns, sizes_u, level_u)
     gather(lines, sizes_v, level_v)
 
@@ -138,15 +138,15 @@ def look_up(lanes, p, ints):
         ka, kb = np.floor(a), np.floor(b)
         ka = ka if ka < wide - real(2) else wide - real(2)
         kb = kb if kb < tall - real(2) else tall - real(2)
-        line[i], place[i], across[i], down[i] = kb, ka, a - ka, b - kb
+        line[i], column[i], across[i], down[i] = kb, ka, a - ka, b - kb
 
     # Interpolate; texels are counted in integers, which single precision holds up to 2²⁴ only
     right, green_at, blue_at = np.uint64(3), np.uint64(1), np.uint64(2)
     other, none = np.uint64(ints[SECOND]), np.uint64(0)
     for i in range(B):
         wide = np.uint64(np.uint32(columns[i]))
-        k = np.uint64(starts[np.uint32(at[i])])
-        k += np.uint64(np.uint32(line[i])) * wide + np.uint64(np.uint32(place[i]))
+        k = np.uint64(starts[np.uint32(reduction[i])])
+        k += np.uint64(np.uint32(line[i])) * wide + np.uint64(np.uint32(column[i]))
         k = (k + (other if path[i] > real(DIRECT) else none)) * right
         below = k + wide * right
         a, b = across[i], down[i]
@@ -196,12 +196,12 @@ def texture(image: Image) -> Texture:
 def _halved(values: np.ndarray) -> np.ndarray:
     """Means of 2 × 2 texels; the last row or column of an odd number is left out."""
     height, width = (size // 2 * 2 for size in values.shape[:2])
-    found = np.empty((height // 2, width // 2, 3), np.float32)
+    halved = np.empty((height // 2, width // 2, 3), np.float32)
     for top in range(0, height, 2 * STRIP):
         strip = values[top:min(top + 2 * STRIP, height), :width]
-        found[top // 2:(top + len(strip)) // 2] = 0.25 * (strip[::2, ::2] + strip[1::2, ::2] + strip[::2, 1::2]
+        halved[top // 2:(top + len(strip)) // 2] = 0.25 * (strip[::2, ::2] + strip[1::2, ::2] + strip[::2, 1::2]
                                                           + strip[1::2, 1::2])
-    return found
+    return halved
 
 
 def _code(values: np.ndarray, greatest: float, into: np.ndarray) -> None:

@@ -57,9 +57,9 @@ def _aligned(table: np.ndarray) -> np.ndarray:
     """A copy that begins on a cache line."""
     raw = np.empty(table.size + 16, np.float32)
     skip = -raw.ctypes.data % 64 // 4
-    found = raw[skip:skip + table.size].reshape(table.shape)
-    found[:] = table
-    return found
+    aligned = raw[skip:skip + table.size].reshape(table.shape)
+    aligned[:] = table
+    return aligned
 
 
 @njit(nogil=True, cache=True)
@@ -127,22 +127,22 @@ def _split(boxes, order, first, end, bounds, by_count, bins, tallies, right, box
                     bins[q, c] = min(bins[q, c], boxes[j, c])
                     bins[q, c + 3] = max(bins[q, c + 3], boxes[j, c + 3])
             # Costs of what lies beyond each plane, then of both sides
-            many = 0
+            count = 0
             for c in range(3):
                 box[c], box[c + 3] = np.inf, -np.inf
             for q in range(BINS - 1, 0, -1):
-                many += tallies[q]
+                count += tallies[q]
                 for c in range(3):
                     box[c], box[c + 3] = min(box[c], bins[q, c]), max(box[c + 3], bins[q, c + 3])
-                right[q] = _area(box) * many if many > 0 else np.inf
-            many = 0
+                right[q] = _area(box) * count if count > 0 else np.inf
+            count = 0
             for c in range(3):
                 box[c], box[c + 3] = np.inf, -np.inf
             for q in range(1, BINS):
-                many += tallies[q - 1]
+                count += tallies[q - 1]
                 for c in range(3):
                     box[c], box[c + 3] = min(box[c], bins[q - 1, c]), max(box[c + 3], bins[q - 1, c + 3])
-                cost = _area(box) * many + right[q] if many > 0 else np.inf
+                cost = _area(box) * count + right[q] if count > 0 else np.inf
                 if cost < best_cost:
                     best_cost, best_axis, best_bin = cost, axis, q
     if best_axis < 0:                               # all middles coincide, or the range lies too deep
@@ -167,12 +167,12 @@ def _build(corners, boxes, order, nodes, leaves, counts):
     firsts, ends, bounds = np.zeros(WIDTH, np.int64), np.zeros(WIDTH, np.int64), np.zeros((WIDTH, 12), np.float32)
     bins, tallies = np.zeros((BINS, 6), np.float32), np.zeros(BINS, np.int64)
     right, box = np.zeros(BINS, np.float64), np.zeros(6, np.float32)
-    waiting, held = np.zeros((WIDTH * (DEPTH + 32), 4), np.int64), 1    # ranges, nodes that hold them, depths
+    waiting, top = np.zeros((WIDTH * (DEPTH + 32), 4), np.int64), 1    # ranges, nodes that hold them, depths
     waiting[0, 1] = len(order)
     node_count, leaf_count = 1, 0
-    while held > 0:
-        held -= 1
-        first, end, node, deep = waiting[held, 0], waiting[held, 1], waiting[held, 2], waiting[held, 3]
+    while top > 0:
+        top -= 1
+        first, end, node, deep = waiting[top, 0], waiting[top, 1], waiting[top, 2], waiting[top, 3]
 
         # Split the largest part until there are eight
         parts = 1
@@ -205,21 +205,21 @@ def _build(corners, boxes, order, nodes, leaves, counts):
             if k < parts and ends[k] - firsts[k] <= WIDTH:
                 leaves = _grown(leaves, leaf_count)
                 for c in range(WIDTH):
-                    place = firsts[k] + c
-                    j = order[min(place, ends[k] - 1)]
+                    index = firsts[k] + c
+                    j = order[min(index, ends[k] - 1)]
                     for corner in range(3):
                         for axis in range(3):
                             # A leaf that is not full repeats one corner: a triangle that nothing meets
-                            value = corners[j, corner if place < ends[k] else 0, axis]
+                            value = corners[j, corner if index < ends[k] else 0, axis]
                             leaves[leaf_count, (3 * corner + axis) * WIDTH + c] = value
                     leaves[leaf_count, NUMBERS * WIDTH + c] = np.float32(j)
                 link = np.float32(-1 - leaf_count)
                 leaf_count += 1
             elif k < parts:
                 nodes = _grown(nodes, node_count)
-                waiting[held, 0], waiting[held, 1] = firsts[k], ends[k]
-                waiting[held, 2], waiting[held, 3] = node_count, deep + 1
-                held += 1
+                waiting[top, 0], waiting[top, 1] = firsts[k], ends[k]
+                waiting[top, 2], waiting[top, 3] = node_count, deep + 1
+                top += 1
                 link = np.float32(node_count)
                 node_count += 1
             nodes[node, LINKS * WIDTH + k], nodes[node, (LINKS + 1) * WIDTH + k] = link, np.float32(0)
@@ -259,7 +259,7 @@ def _near_side(x):
 
 
 @njit(inline="always")
-def search(real, nodes, leaves, origin, direction, inverse, most, any_one, links, entries, found, start=0):
+def search(real, nodes, leaves, origin, direction, inverse, most, any_one, links, entries, distances, start=0):
     """Number of the nearest triangle before `most`, or of any; its distance, and weights of two corners; NONE: none.
 
     nodes, leaves: float32, flat. inverse: `inverse_of` the direction. any_one: true for shadows. links (int32),
@@ -275,33 +275,33 @@ def search(real, nodes, leaves, origin, direction, inverse, most, any_one, links
             continue
         link = links[top]
         while link >= np.int32(0):
-            place = np.intp(link) * NODE
-            mask = boxes_met(nodes, place, near, origin, inverse, best, found)
+            node = np.intp(link) * NODE
+            mask = boxes_met(nodes, node, near, origin, inverse, best, distances)
             if mask == np.int32(0):
                 break
 
             # Go on with the nearest box; the others wait
             which = lowest_bit(mask)
             mask &= mask - np.int32(1)
-            first, where = np.uint64(place + LINKS * WIDTH), found[np.uint64(which)]
+            first, where = np.uint64(node + LINKS * WIDTH), distances[np.uint64(which)]
             link = np.int32(nodes[first + np.uint64(which)])
             while mask != np.int32(0):
                 which = lowest_bit(mask)
                 mask &= mask - np.int32(1)
-                other, entry = np.int32(nodes[first + np.uint64(which)]), found[np.uint64(which)]
+                other, entry = np.int32(nodes[first + np.uint64(which)]), distances[np.uint64(which)]
                 nearer = entry < where
                 links[top], entries[top] = link if nearer else other, where if nearer else entry
                 link, where = other if nearer else link, entry if nearer else where
                 top += one
         else:
             leaf = np.intp(-1 - link) * LEAF
-            mask = triangles_met(leaves, leaf, origin, direction, real(0), best, found)
+            mask = triangles_met(leaves, leaf, origin, direction, real(0), best, distances)
             while mask != np.int32(0):
                 which = np.uint64(lowest_bit(mask))
                 mask &= mask - np.int32(1)
-                if found[which] < best:
-                    best, number = found[which], np.int32(leaves[np.uint64(leaf + NUMBERS * WIDTH) + which])
-                    second, third = found[which + np.uint64(WIDTH)], found[which + np.uint64(2 * WIDTH)]
+                if distances[which] < best:
+                    best, number = distances[which], np.int32(leaves[np.uint64(leaf + NUMBERS * WIDTH) + which])
+                    second, third = distances[which + np.uint64(WIDTH)], distances[which + np.uint64(2 * WIDTH)]
                     if any_one:
                         return number, best, second, third
     return number, best, second, third
@@ -312,7 +312,7 @@ class Scratch(NamedTuple):
 
     links: np.ndarray       # (stack,) int32; of one ray
     entries: np.ndarray     # (stack,)
-    found: np.ndarray       # (24,)
+    distances: np.ndarray   # (24,), as of `triangles_met`
     group_links: np.ndarray     # (stack,) int32
     group_entries: np.ndarray   # (stack,): the least of the rays
     group_masks: np.ndarray     # (stack,) int32: the rays that enter
@@ -352,7 +352,7 @@ def search_group(real, nodes, leaves, any_one, scratch):
     nodes, leaves: float32, flat. any_one: true for shadows. Of two triangles at the same distance either is found.
     """
     links, entries, masks = scratch.group_links, scratch.group_entries, scratch.group_masks
-    group, numbers, found = scratch.group, scratch.numbers, scratch.found
+    group, numbers, distances = scratch.group, scratch.numbers, scratch.distances
     for k in range(3 * GROUP):
         group[INVERSE * GROUP + k] = _inverse(real, group[DIRECTION * GROUP + k])
     live, x, y, z = np.int32(0), np.int32(0), np.int32(0), np.int32(0)
@@ -385,20 +385,20 @@ def search_group(real, nodes, leaves, any_one, scratch):
                 number, t, second, third = search(
                     real, nodes, leaves, _three(group, ORIGIN, ray), _three(group, DIRECTION, ray),
                     _three(group, INVERSE, ray), group[np.uint64(MOST * GROUP) + ray], any_one, scratch.links,
-                    scratch.entries, found, link)
+                    scratch.entries, distances, link)
                 if number >= 0:
                     numbers[ray], group[np.uint64(MOST * GROUP) + ray] = number, real(-1) if any_one else t
                     group[np.uint64(SECOND * GROUP) + ray], group[np.uint64(THIRD * GROUP) + ray] = second, third
             continue
-        place, base = np.intp(link) * NODE, top
+        node, base = np.intp(link) * NODE, top
         for k in range(WIDTH):
-            bits, entry = box_met(nodes, place + k, near, group)
+            bits, entry = box_met(nodes, node + k, near, group)
             bits &= mask
             if bits == np.int32(0):
                 continue
-            at = top                                # the nearest on top
-            while at > base and entries[at - one] < entry:
-                links[at], entries[at], masks[at] = links[at - one], entries[at - one], masks[at - one]
-                at -= one
-            links[at], entries[at], masks[at] = np.int32(nodes[place + LINKS * WIDTH + k]), entry, bits
+            slot = top                                # the nearest on top
+            while slot > base and entries[slot - one] < entry:
+                links[slot], entries[slot], masks[slot] = links[slot - one], entries[slot - one], masks[slot - one]
+                slot -= one
+            links[slot], entries[slot], masks[slot] = np.int32(nodes[node + LINKS * WIDTH + k]), entry, bits
             top += one

@@ -189,9 +189,9 @@ class Mesh:
 def _solid(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """The corners (m, 3) of a closed surface, anticlockwise seen from outside; SceneError where it is open."""
     size = float(np.ptp(points[corners.ravel()], 0).max())
-    _, place = np.unique(np.round(points / (SAME * size)), axis=0, return_inverse=True)
-    here = place.reshape(-1)[corners]
-    ways = np.concatenate([here[:, [0, 1]], here[:, [1, 2]], here[:, [2, 0]]])
+    _, ids = np.unique(np.round(points / (SAME * size)), axis=0, return_inverse=True)
+    corner_ids = ids.reshape(-1)[corners]
+    ways = np.concatenate([corner_ids[:, [0, 1]], corner_ids[:, [1, 2]], corner_ids[:, [2, 0]]])
     ways = ways[ways[:, 0] != ways[:, 1]]
     edges, sides = np.unique(np.sort(ways, 1), axis=0, return_counts=True)
     single = int((sides == 1).sum())
@@ -205,8 +205,8 @@ def _solid(points: np.ndarray, corners: np.ndarray) -> np.ndarray:
 
 def _table(values: ArrayLike, width: int, what: str) -> np.ndarray:
     """Rows of a number of float32; SceneError where the shape is another."""
-    found = np.asarray(values)
-    if found.ndim != 2 or found.shape[1] != width:
-        raise SceneError(f"the {what} of a mesh have the shape {found.shape}: give {width} numbers for each")
+    table = np.asarray(values)
+    if table.ndim != 2 or table.shape[1] != width:
+        raise SceneError(f"the {what} of a mesh have the shape {table.shape}: give {width} numbers for each")
     with np.errstate(over="ignore"):
-        return np.ascontiguousarray(found, np.float32)
+        return np.ascontiguousarray(table, np.float32)

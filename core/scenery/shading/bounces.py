@@ -76,15 +76,15 @@ def specular_bounce(lanes, p, ints, key):
     finish, tr, tg, tb, emits, path = row[FINISH], row[TR], row[TG], row[TB], row[EMITS], row[PATH]
 
     # End the paths that met neither
-    many, balls = np.int32(0), np.int32(0)
+    count, balls = np.int32(0), np.int32(0)
     for i in range(B):
         on = is_specular(real, finish[i]) & (tr[i] + tg[i] + tb[i] > real(0))
         tr[i] = tr[i] if on else real(0)
         tg[i] = tg[i] if on else real(0)
         tb[i] = tb[i] if on else real(0)
         path[i] = real(SPECULAR) if emits[i] < real(DARK) else real(DIRECT)
-        many, balls = np.int32(many + np.int32(on)), np.int32(balls + np.int32(on & is_ball(real, finish[i])))
-    if many == 0:
+        count, balls = np.int32(count + np.int32(on)), np.int32(balls + np.int32(on & is_ball(real, finish[i])))
+    if count == 0:
         key[ALIVE] = np.uint32(0)
         return
     if balls == 0:
@@ -121,14 +121,14 @@ def _go_on(lanes, key, balls, inner_most):
         ix, iy, iz = real(1 / INDEX) * u + bend * ux, real(1 / INDEX) * v + bend * uy, real(1 / INDEX) * w + bend * uz
         ex, ey, ez = ux + real(2) * inner * ix, uy + real(2) * inner * iy, uz + real(2) * inner * iz
         f = real(F0) + real(1 - F0) * schlick_edge(real, cosine)
-        dice, part = chance(real, key, salt, i, cosine) if inner_most else real(1), f
+        dice, share = chance(real, key, salt, i, cosine) if inner_most else real(1), f
         for _ in range(inner_most):
-            again = dice < part
+            again = dice < share
             jx, jy, jz = ix - real(2) * inner * ex, iy - real(2) * inner * ey, iz - real(2) * inner * ez
             ix, iy, iz = jx if again else ix, jy if again else iy, jz if again else iz
             ex, ey, ez = (ex + real(2) * inner * ix if again else ex, ey + real(2) * inner * iy if again else ey,
                           ez + real(2) * inner * iz if again else ez)
-            part *= f
+            share *= f
         if inner_most:
             path[i] = real(DIRECT) if ball & (dice < f) else path[i]
         elif balls:
@@ -257,15 +257,15 @@ def diffuse_leave(lanes, p, ints, key):
     x, y, z, dx, dy, dz, tr, tg, tb = row[X], row[Y], row[Z], row[L], row[M], row[N], row[TR], row[TG], row[TB]
     red, green, blue, path, v0, v1 = row[RED], row[GREEN], row[BLUE], row[PATH], row[V0], row[V1]
     px, py, pz, qx, qy, qz, on = row[H0], row[H1], row[H2], row[H3], row[H4], row[H5], row[H6]
-    many = np.int32(0)
+    count = np.int32(0)
     for i in range(B):
         sent = on[i] == real(MARK)
         x[i], y[i], z[i] = px[i] if sent else x[i], py[i] if sent else y[i], pz[i] if sent else z[i]
         dx[i], dy[i], dz[i] = qx[i] if sent else dx[i], qy[i] if sent else dy[i], qz[i] if sent else dz[i]
         tr[i], tg[i], tb[i] = red[i] if sent else tr[i], green[i] if sent else tg[i], blue[i] if sent else tb[i]
         path[i] = real(DIFFUSE) if sent else path[i]
-        many = np.int32(many + np.int32(sent))
-    if many == 0:
+        count = np.int32(count + np.int32(sent))
+    if count == 0:
         return
     key[ALIVE] = np.uint32(1)
     salt = mix(uint32(key[SAMPLE] + mix(uint32(key[SEED] + np.uint32(0x51ED270B)))))

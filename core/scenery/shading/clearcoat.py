@@ -104,13 +104,13 @@ def sharp_open(lanes, p, ints):
     dx, dy, dz, finish, nx, ny, nz = row[L], row[M], row[N], row[FINISH], row[NX], row[NY], row[NZ]
     wx, wy, wz, r, g, b, near = row[A3], row[A4], row[A5], row[A6], row[A7], row[A8], row[A9]
     last = ints[IS_LAST] != 0
-    many = np.int32(0)
+    count = np.int32(0)
     for i in range(B):
-        here = finish[i]
-        many = np.int32(many + np.int32(is_sharp_coat(real, here) | is_glass(real, here) |
-                                        (last & is_specular(real, here))))
-    if many == 0:
-        return many
+        kind = finish[i]
+        count = np.int32(count + np.int32(is_sharp_coat(real, kind) | is_glass(real, kind) |
+                                        (last & is_specular(real, kind))))
+    if count == 0:
+        return count
 
     # Reflect the ray, and look up the sky in its direction
     met_points(lanes)
@@ -137,7 +137,7 @@ def sharp_open(lanes, p, ints):
             r[i] = er if hit else r[i]
             g[i] = eg if hit else g[i]
             b[i] = eb if hit else b[i]
-    return many
+    return count
 
 
 @stage

@@ -118,10 +118,10 @@ def gather_emission(lanes, p, ints, key):
     mirrors, lit = np.int32(0), np.int32(0)
     for i in range(B):
         r, g, b = red[i] * tr[i], green[i] * tg[i], blue[i] * tb[i]
-        emitter, seen, mirror = shines(real, emits[i]), is_seen(real, emits[i], path[i]), is_specular(real, finish[i])
-        sr[i] += r if seen else real(0)
-        sg[i] += g if seen else real(0)
-        sb[i] += b if seen else real(0)
+        emitter, shown, mirror = shines(real, emits[i]), is_seen(real, emits[i], path[i]), is_specular(real, finish[i])
+        sr[i] += r if shown else real(0)
+        sg[i] += g if shown else real(0)
+        sb[i] += b if shown else real(0)
         red[i], green[i], blue[i] = real(0) if emitter else r, real(0) if emitter else g, real(0) if emitter else b
         albedo = real(0) if emitter | mirror else r + g + b
         mirrors, lit = np.int32(mirrors + np.int32(mirror)), np.int32(lit + np.int32(albedo > real(0)))
@@ -153,7 +153,7 @@ def finish_path(lanes, p, ints, key):
         red[i], green[i], blue[i] = sr[i], sg[i], sb[i]
 
 
-@stage(part=True)
+@stage(inlined=True)
 def met_points(lanes):
     """A0, A1, A2: the points of the surfaces that the rays meet, mm."""
     row = rows(lanes)
@@ -301,9 +301,9 @@ def unoccluded(real, ax, ay, az, r2, nx, ny, nz):
     """Part of the sky's light that a sphere leaves, its centre at a from the point and its radius² r2."""
     d2 = ax * ax + ay * ay + az * az
     above = ax * nx + ay * ny + az * nz
-    held = r2 * above / (d2 * math.sqrt(d2))
-    held = held if held > real(0) else real(0)
-    return real(1) - (held if held < real(1) else real(1))
+    blocked = r2 * above / (d2 * math.sqrt(d2))
+    blocked = blocked if blocked > real(0) else real(0)
+    return real(1) - (blocked if blocked < real(1) else real(1))
 
 
 @stage

@@ -75,12 +75,12 @@ def _cells(values: np.ndarray) -> np.ndarray:
     finer = -(-LEAST_ACROSS // width)
     down = np.clip((np.arange(height * finer) + 0.5) / finer - 0.5, 0.0, height - 1.0)
     line = np.minimum(down.astype(int), height - 2)
-    part = (down - line)[:, None, None]
-    tall = values[line] * (1.0 - part) + values[line + 1] * part
+    share = (down - line)[:, None, None]
+    tall = values[line] * (1.0 - share) + values[line + 1] * share
     along = (np.arange(width * finer) + 0.5) / finer - 0.5
     left = np.floor(along).astype(int)
-    part = (along - left)[:, None]
-    return tall[:, left % width] * (1.0 - part) + tall[:, (left + 1) % width] * part
+    share = (along - left)[:, None]
+    return tall[:, left % width] * (1.0 - share) + tall[:, (left + 1) % width] * share
 
 
 def _levels(count: int) -> np.ndarray:
@@ -93,13 +93,13 @@ def _means(values: np.ndarray, edges: np.ndarray, wider: np.ndarray) -> np.ndarr
 
     Rows count with what of them lies in a part, so that no light is lost or won at its edges.
     """
-    found = np.empty((len(wider) - 1, *values.shape[1:]))
+    means = np.empty((len(wider) - 1, *values.shape[1:]))
     firsts = np.maximum(np.searchsorted(edges, wider[:-1], "right") - 1, 0)
     ends = np.minimum(np.searchsorted(edges, wider[1:], "left"), len(values))
     for k, (first, end) in enumerate(zip(firsts, ends, strict=True)):
         shared = np.minimum(edges[first + 1:end + 1], wider[k + 1]) - np.maximum(edges[first:end], wider[k])
-        found[k] = np.tensordot(shared / shared.sum(), values[first:end], 1)
-    return found
+        means[k] = np.tensordot(shared / shared.sum(), values[first:end], 1)
+    return means
 
 
 def sky_rays_step(sky: ImageSky) -> Step:
@@ -172,8 +172,8 @@ def sky_rays(lanes, p, ints, key):
 
 
 @stage
-def sky_density(lanes, ints, cosine, sine, found):
-    """Density per solid angle with which `sky_rays` chooses the direction A3 A4 A5, to the row `found`.
+def sky_density(lanes, ints, cosine, sine, density):
+    """Density per solid angle with which `sky_rays` chooses the direction A3 A4 A5, to the row `density`.
 
     ints: sky_rays_step; cosine, sine: of the turn of the sky.
     """
@@ -196,7 +196,7 @@ def sky_density(lanes, ints, cosine, sine, found):
         high = real(np.uint32(v))
         # cos a − cos (a + w) as a product, which keeps its digits near the poles
         size = real(2) * math.sin((high + real(0.5)) * per_down) * math.sin(real(0.5) * per_down)
-        found[i] = share * most / size
+        density[i] = share * most / size
 
 
 @stage

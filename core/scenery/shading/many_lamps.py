@@ -37,8 +37,8 @@ BOX_MIDDLE, BOX_HALF, NORMAL, GROUP = offsets(3, 3, 3)
 
 
 @stage
-def group_lanes(lanes, groups, many):
-    """Find the points A0 A1 A2 and the group A11 of each lane, and bound the groups; many: lit lanes of each."""
+def group_lanes(lanes, groups, counts):
+    """Find the points A0 A1 A2 and the group A11 of each lane, and bound the groups; counts: lit lanes of each."""
     real = lanes.dtype.type
     row = rows(lanes)
     depth, nx, ny, nz, red, green, blue = row[DEPTH], row[NX], row[NY], row[NZ], row[RED], row[GREEN], row[BLUE]
@@ -58,17 +58,17 @@ def group_lanes(lanes, groups, many):
                 near, far = min(near, t if inside else most), max(far, t)
         halved = real(far) > real(DEEP) * real(near)
         cut = math.sqrt(real(near) * real(far)) / step if halved else real(math.inf)
-        many[2 * c + 1] = 0
+        counts[2 * c + 1] = 0
 
         # Bound each half
-        for part in range(2 if halved else 1):
+        for side in range(2 if halved else 1):
             x0, x1, y0, y1, z0, z1 = most, least, most, least, most, least
             sx, sy, sz, lit = np.int32(0), np.int32(0), np.int32(0), np.int32(0)
             for k in range(HIGH):
                 for e in range(WIDE):
                     i = first + k * STRIP_WIDTH + e
                     beyond = depth[i] > cut
-                    inside = (red[i] + green[i] + blue[i] > real(0)) & (beyond == (part == 1))
+                    inside = (red[i] + green[i] + blue[i] > real(0)) & (beyond == (side == 1))
                     x0, x1 = widen(real, x0, x1, hx[i] * step, inside)
                     y0, y1 = widen(real, y0, y1, hy[i] * step, inside)
                     z0, z1 = widen(real, z0, z1, hz[i] * step, inside)
@@ -77,8 +77,8 @@ def group_lanes(lanes, groups, many):
                     sz = np.int32(sz + np.int32(nz[i] * fine if inside else real(0)))
                     lit = np.int32(lit + np.int32(inside))
                     number[i] = real(2 * c + 1) if beyond else real(2 * c)
-            g = 2 * c + part
-            many[g] = lit
+            g = 2 * c + side
+            counts[g] = lit
             box, half = groups[g * GROUP:], real(0.5) / step
             per = real(1) / (fine * real(max(lit, np.int32(1))))
             box[BOX_MIDDLE], box[BOX_HALF] = (real(x0) + real(x1)) * half, (real(x1) - real(x0)) * half
@@ -173,15 +173,15 @@ def lamp_shares(lanes, p, count):
     A group without lit lanes has zeros.
     """
     real = lanes.dtype.type
-    groups, many = np.empty(GROUPS * GROUP, real), np.empty(GROUPS, np.int32)
-    group_lanes(lanes, groups, many)
+    groups, counts = np.empty(GROUPS * GROUP, real), np.empty(GROUPS, np.int32)
+    group_lanes(lanes, groups, counts)
     pitch = count + 1
     shares = np.zeros(GROUPS * pitch, real)
     area, power, radius = p[AREA * count:], p[POWER * count:], p[RADIUS * count:]
     cx, cy, cz = p[MIDDLE * count:], p[(MIDDLE + 1) * count:], p[(MIDDLE + 2) * count:]
     ux, uy, uz = p[FACING * count:], p[(FACING + 1) * count:], p[(FACING + 2) * count:]
     for g in range(GROUPS):
-        if many[g] == 0:
+        if counts[g] == 0:
             continue
         box, own = groups[g * GROUP:], shares[g * pitch + 1:(g + 1) * pitch]
         mx, my, mz = box[BOX_MIDDLE], box[BOX_MIDDLE + 1], box[BOX_MIDDLE + 2]
@@ -203,7 +203,7 @@ def lamp_shares(lanes, p, count):
 
     # Add up the weights of four groups at a time
     for g in range(0, GROUPS, 4):
-        if many[g] + many[g + 1] + many[g + 2] + many[g + 3] == 0:
+        if counts[g] + counts[g + 1] + counts[g + 2] + counts[g + 3] == 0:
             continue
         a, b = shares[g * pitch:(g + 1) * pitch], shares[(g + 1) * pitch:(g + 2) * pitch]
         c, d = shares[(g + 2) * pitch:(g + 3) * pitch], shares[(g + 3) * pitch:(g + 4) * pitch]
@@ -225,16 +225,16 @@ def choose_lamps(lanes, shares, count, pick):
         first = np.uint64(np.int64(group[i])) * pitch
         per = shares[first + pitch - np.uint64(1)] * real(1 / PICKS)
         u = (real(pick) + v0[i]) * per
-        at, size = first, pitch - np.uint64(1)
+        index, size = first, pitch - np.uint64(1)
         while size > np.uint64(1):
             half = size >> np.uint64(1)
-            at += half if shares[at + half] <= u else np.uint64(0)
+            index += half if shares[index + half] <= u else np.uint64(0)
             size -= half
-        below = shares[at]
-        wide = shares[at + np.uint64(1)] - below
+        below = shares[index]
+        wide = shares[index + np.uint64(1)] - below
         inside = wide > real(0)                 # not in a group without lit lanes
         share = (u - below) / wide if inside else real(0.5)
-        number[i], worth[i] = real(np.int32(at - first)), per / wide if inside else real(0)
+        number[i], worth[i] = real(np.int32(index - first)), per / wide if inside else real(0)
         rest[i] = share if share < real(1) else real(1)
 
 

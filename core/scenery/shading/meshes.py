@@ -34,11 +34,11 @@ def mesh_shadow_steps(meshes: tuple[Any, ...], lamp=None) -> tuple[Step, ...]:
     clear = tuple(o for o in meshes if o.material.kind == "glass")
     steps = []
     if opaque:
-        found = surfaces(opaque)
-        steps.append(Step(mesh_shadows, (), found.tree_integers, kept=found))
+        tree = surfaces(opaque)
+        steps.append(Step(mesh_shadows, (), tree.tree_integers, kept=tree))
     if clear:
-        found = surfaces(clear)
-        steps.append(Step(glass_shadows, (), found.find_integers, kept=found))
+        tree = surfaces(clear)
+        steps.append(Step(glass_shadows, (), tree.find_integers, kept=tree))
     return tuple(steps)
 
 
@@ -81,7 +81,7 @@ def glass_shadows(lanes, p, ints, key):
     leaves = borrowed(ints[LEAVES], ints[LEAF_COUNT], np.float32)
     corners = borrowed(ints[CORNERS], ints[CORNER_COUNT], np.int32)
     vertices = borrowed(ints[VERTICES], ints[VERTEX_COUNT], np.float32)
-    links, entries, found = np.empty(ints[STACK], np.int32), np.empty(ints[STACK], real), np.empty(24, real)
+    links, entries, scratch = np.empty(ints[STACK], np.int32), np.empty(ints[STACK], real), np.empty(24, real)
     for i in range(B):
         if not ((light[i] > real(0)) & (red[i] + green[i] + blue[i] > real(0))):
             continue
@@ -91,7 +91,7 @@ def glass_shadows(lanes, p, ints, key):
         inverse = inverse_of(real, (dx, dy, dz))
         for _ in range(CROSSINGS):
             number, t, _, _ = search(real, nodes, leaves, (x, y, z), (dx, dy, dz), inverse, left, False, links, entries,
-                                     found)
+                                     scratch)
             if number < 0:
                 break
             (ax, ay, az), (bx, by, bz), (cx, cy, cz) = corner_places(real, corners, vertices, number)

@@ -146,9 +146,9 @@ def _transmitted(lanes, out, depth, sigma):
     real = lanes.dtype.type
     row = rows(lanes)
     d, o = row[depth], row[out]
-    part = sigma * real(1 / 64)
+    step = sigma * real(1 / 64)
     for i in range(B):
-        x = part * d[i]
+        x = step * d[i]
         x = x if x < real(DARK / 64) else real(DARK / 64)
         e = real(1) - x * real(1 / 9) * (real(1) - x * real(1 / 10))
         e = real(1) - x * (real(1) - x * real(1 / 2) * (real(1) - x * real(1 / 3) * (real(1) - x * real(1 / 4) * (

@@ -51,9 +51,9 @@ def checker_contrast(real, a, b, wide_a, wide_b):
 
 
 @njit(inline="always")
-def line_coverage(real, place, line, width):
+def line_coverage(real, position, line, width):
     """Part of a box that lines about all integers cover; place, line and box width in periods of the lines."""
-    off, half, reach = place - _nearest(real, place), real(0.5) * line, real(0.5) * width
+    off, half, reach = position - _nearest(real, position), real(0.5) * line, real(0.5) * width
     high, low = off + reach, off - reach
     above, below = _nearest(real, high), _nearest(real, low)
     high, low = high - above, low - below

@@ -118,14 +118,14 @@ def reflectance(real, cosine):
     return real(F0) + real(1 - F0) * edge2 * edge2 * edge
 
 
-@stage(part=True)
+@stage(inlined=True)
 def count_rough(lanes):
     """How many lanes have a rough coat."""
     real = lanes.dtype.type
-    finish, many = rows(lanes)[FINISH], np.int32(0)
+    finish, count = rows(lanes)[FINISH], np.int32(0)
     for i in range(B):
-        many = np.int32(many + np.int32(is_rough_coat(real, finish[i])))
-    return many
+        count = np.int32(count + np.int32(is_rough_coat(real, finish[i])))
+    return count
 
 
 @stage
@@ -140,9 +140,9 @@ def rough_open(lanes, p):
     x, y, z, dx, dy, dz = row[X], row[Y], row[Z], row[L], row[M], row[N]
     depth, nx, ny, nz = row[DEPTH], row[NX], row[NY], row[NZ]
     hx, hy, hz, r, g, b = row[A0], row[A1], row[A2], row[A3], row[A4], row[A5]
-    many = count_rough(lanes)
-    if many == 0:
-        return many
+    count = count_rough(lanes)
+    if count == 0:
+        return count
     disk, fan, ox, oy, oz = row[PUPIL_RADIUS], row[PUPIL_SPREAD], row[OX], row[OY], row[OZ]
     kept_x, kept_y, kept_z = row[A6], row[A7], row[A8]
     for i in range(B):
@@ -171,7 +171,7 @@ def rough_open(lanes, p):
         mx, my, mz = dx[i] + real(2) * view * nx[i], dy[i] + real(2) * view * ny[i], dz[i] + real(2) * view * nz[i]
         er, eg, eb = sky_radiance(real, colours, mx, my, mz)
         r[i], g[i], b[i] = f * er, f * eg, f * eb
-    return many
+    return count
 
 
 @stage(allocates=True)
@@ -184,10 +184,10 @@ def rough_lights(lanes, p):
     real = lanes.dtype.type
     row = rows(lanes)
     known, which = np.empty(KNOWN * PART, real), np.empty(B, np.int32)
-    many = coated_lanes(lanes, which)
+    count = coated_lanes(lanes, which)
     r, g, b = row[A3], row[A4], row[A5]
-    for start in range(0, many, PART):
-        n = min(PART, many - start)
+    for start in range(0, count, PART):
+        n = min(PART, count - start)
         know(lanes, which[start:], known, n)
         for s in range(0, p.size, HIGHLIGHT):
             aim_highlight(known, n, vector(p, s + CENTRE), p[s + FACING_AREA])
@@ -229,12 +229,12 @@ def aim_highlight(known, n, centre, size):
         reach2 = reach2 if reach2 < real(WIDEST) * fall2 else real(WIDEST) * fall2
         # The light takes an area of the slopes; all in widths of the lobe, which no number overflows at grazing angles
         taken = real(0.5) * size * inverse * inverse * k2           # times fall³: that area, over π
-        each = real(1) / (alpha2 * fall2 * fall + taken)
-        narrow = each * fall
+        unit = real(1) / (alpha2 * fall2 * fall + taken)
+        narrow = unit * fall
         f = reflectance(real, real(0.5) * math.sqrt(k2))
         known[ACROSS2 * PART + i], known[ALONG2 * PART + i] = across2 * narrow, along2 * narrow
         known[REACH2 * PART + i] = reach2 * narrow
-        known[NUMERATOR * PART + i] = f * taken * each * k2 * slant if (slant > real(0)) & (view > real(0)) else real(0)
+        known[NUMERATOR * PART + i] = f * taken * unit * k2 * slant if (slant > real(0)) & (view > real(0)) else real(0)
         # Of the facets that mirror the light, those that neither the ray nor the light misses
         known[DENOMINATOR * PART + i] = fall * known[HIDDEN * PART + i] * smith_sum(real, alpha2, slant)
 
@@ -397,12 +397,12 @@ def _mirror_bright_place(lanes, p, ints, key):
         up, over = ux * wx[i] + uy * wy[i] + uz * wz[i], ux * hx[i] + uy * hy[i] + uz * hz[i] - height
         hidden = has_floor & (up < real(0)) & (over > real(0))
         met = is_rough_coat(real, finish[i]) & (view > real(0)) & (slant > real(0)) & (size > real(0))
-        part = reflectance(real, real(0.5) * size) * density * shown(real, alpha2, slant)
-        part *= real(math.pi) * chance[i] / (chance[i] + density)       # r, g, b hold the flux over π
-        part = part if met & ~hidden else real(0)
-        sr[i] += tr[i] * part * r[i] if part > real(0) else real(0)
-        sg[i] += tg[i] * part * g[i] if part > real(0) else real(0)
-        sb[i] += tb[i] * part * b[i] if part > real(0) else real(0)
+        mirrored = reflectance(real, real(0.5) * size) * density * shown(real, alpha2, slant)
+        mirrored *= real(math.pi) * chance[i] / (chance[i] + density)       # r, g, b hold the flux over π
+        mirrored = mirrored if met & ~hidden else real(0)
+        sr[i] += tr[i] * mirrored * r[i] if mirrored > real(0) else real(0)
+        sg[i] += tg[i] * mirrored * g[i] if mirrored > real(0) else real(0)
+        sb[i] += tb[i] * mirrored * b[i] if mirrored > real(0) else real(0)
 
 
 @stage
@@ -443,8 +443,8 @@ def _mirror_facet(lanes, p, ints):
                                dz[i] + real(2) * facing * kz)
         slant = wx[i] * nx[i] + wy[i] * ny[i] + wz[i] * nz[i]
         met = is_rough_coat(real, finish[i]) & (view > real(0)) & (slant > real(0)) & (facing > real(0))
-        part = reflectance(real, facing) * shown(real, alpha2, slant)
-        share[i] = part if met else real(0)
+        mirrored = reflectance(real, facing) * shown(real, alpha2, slant)
+        share[i] = mirrored if met else real(0)
         r[i] = facet_density(real, alpha2, fz, view)
 
     # The floor, and the picture beside it
@@ -452,15 +452,15 @@ def _mirror_facet(lanes, p, ints):
     for i in range(B):
         up, over = ux * wx[i] + uy * wy[i] + uz * wz[i], ux * hx[i] + uy * hy[i] + uz * hz[i] - height
         hidden = has_floor & (up < real(0)) & (over > real(0))
-        part = share[i] if share[i] > real(0) else real(0)
-        fallen = part if hidden else real(0)
+        mirrored = share[i] if share[i] > real(0) else real(0)
+        fallen = mirrored if hidden else real(0)
         sr[i] += tr[i] * fallen * er
         sg[i] += tg[i] * fallen * eg
         sb[i] += tb[i] * fallen * eb
-        share[i] = real(0) if hidden else part * r[i] / (r[i] + chance[i])
+        share[i] = real(0) if hidden else mirrored * r[i] / (r[i] + chance[i])
     look_up_sky(lanes, p[PICTURE:], ints[CELL_INTEGERS:], wx, wy, wz, r, g, b)
     for i in range(B):
-        part = share[i] if share[i] > real(0) else real(0)
-        sr[i] += tr[i] * part * r[i]
-        sg[i] += tg[i] * part * g[i]
-        sb[i] += tb[i] * part * b[i]
+        mirrored = share[i] if share[i] > real(0) else real(0)
+        sr[i] += tr[i] * mirrored * r[i]
+        sg[i] += tg[i] * mirrored * g[i]
+        sb[i] += tb[i] * mirrored * b[i]

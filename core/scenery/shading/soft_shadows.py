@@ -135,7 +135,7 @@ def shadow(lanes, p, ints):
 
     # Spheres
     count = ints[BALLS]
-    end, s, k, seen = BALL * count, 0, OCCLUDER_INTEGERS, row[BEAM]
+    end, s, k, bounds = BALL * count, 0, OCCLUDER_INTEGERS, row[BEAM]
     crowded = count > 2 * CROWD
     if crowded:
         shadow_beam(lanes)
@@ -144,7 +144,7 @@ def shadow(lanes, p, ints):
         radius = math.sqrt(r2)
         missed = boxes_disjoint(box, cx, cy, cz, radius, radius, radius)
         if crowded:
-            missed = missed or beam_misses(seen, cx, cy, cz, radius, radius, radius)
+            missed = missed or beam_misses(bounds, cx, cy, cz, radius, radius, radius)
         s, k = s + BALL, k + 1
         if missed:
             s, k = s + below * BALL, k + below
@@ -155,9 +155,9 @@ def shadow(lanes, p, ints):
             along, miss2 = closest_approach(cx - hx[i], cy - hy[i], cz - hz[i], wx[i], wy[i], wz[i])
             room = r2 - miss2
             inner = room / r2
-            held = (room > real(0)) & (along > real(0)) & (along < far[i])
+            in_front = (room > real(0)) & (along > real(0)) & (along < far[i])
             # ∫ 4 (1 − ρ²)³ dρ² = 1: the flux over the ball's disk stays `clear`
-            light[i] *= clear * real(4) * inner * inner * inner if held else real(1)
+            light[i] *= clear * real(4) * inner * inner * inner if in_front else real(1)
 
     # Planar shapes
     for j in range(ints[SHADES]):
@@ -174,8 +174,8 @@ def shadow(lanes, p, ints):
             # A point of the shape itself is off it by its rounding, whatever the angle
             blur = real(4e-6) * rounded_length(hx[i], hy[i], hz[i], depth[i])
             t, qa, qb = plane_point(ox, oy, oz, wx[i], wy[i], wz[i], ux, uy, uz, ax, ay, az, bx, by, bz)
-            held = inside_edge(real, qa, qb, disk) & (t > real(0)) & (t < far[i]) & (abs(off) > blur)
-            light[i] *= clear if held else real(1)
+            in_front = inside_edge(real, qa, qb, disk) & (t > real(0)) & (t < far[i]) & (abs(off) > blur)
+            light[i] *= clear if in_front else real(1)
 
 
 @stage
@@ -188,19 +188,19 @@ def shadow_moving(lanes, p, ints):
     keep_world(lanes, A0, A3, False)
     s, k, current = 0, 0, -1
     while s < p.size:
-        here, held, which = s, k + GROUP, ints[k + WHICH]
+        motion, ball_integers, which = s, k + GROUP, ints[k + WHICH]
         s, k = s + ints[k + LENGTH], k + ints[k + COUNT]
 
         # Skip a group that lies beside all shadow rays
-        cx, cy, cz, wide, wx, wy, wz = swept_bounds(real, p, here, early, late)
+        cx, cy, cz, wide, wx, wy, wz = swept_bounds(real, p, motion, early, late)
         if boxes_disjoint(box, cx, cy, cz, wide + abs(wx), wide + abs(wy), wide + abs(wz)):
             continue
 
         # Transform the shadow rays to the frame where it rests
         if which != current:
-            enter_rest_frame(lanes, motion_of(p, here), A0, A3, False)
+            enter_rest_frame(lanes, motion_of(p, motion), A0, A3, False)
             current = which
-        shadow(lanes, p[here + MOTION:s], ints[held:k])
+        shadow(lanes, p[motion + MOTION:s], ints[ball_integers:k])
     leave_rest_frame(lanes, A0, A3, False)
 
 
