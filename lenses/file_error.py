@@ -24,8 +24,8 @@ class LensFileError(ValueError):
 
     def __init__(self, path: str | PathLike[str], line: int | None, reason: str):
         self.path, self.line, self.reason = str(path), line, _one_line(reason)
-        place = _one_line(self.path) if line is None else f"{_one_line(self.path)}:{line}"
-        super().__init__(f"{place}: {self.reason}")
+        position = "" if line is None else f":{line}"
+        super().__init__(f"{_one_line(self.path)}{position}: {self.reason}")
 
 
 def _one_line(text: str) -> str:

@@ -107,7 +107,7 @@ def save(lens: "Lens | LensDocument", path: str | os.PathLike[str]) -> tuple[Fin
     writer = writer_of(path)
     document = lens if isinstance(lens, LensDocument) else LensDocument(lens)
     remarks: list[Finding] = []
-    if document is not lens and any(found.kind is Kind.RULE for found in document.lens.findings):
+    if document is not lens and any(finding.kind is Kind.RULE for finding in document.lens.findings):
         remarks.append(note(Kind.LEFT_OUT, "left out: solves and pickups of the file that the lens came from; "
                                            "lenses.load_document keeps them"))
     if path.suffix.lower() == ".toml":

@@ -67,12 +67,12 @@ def picture_beside(folder: Path | None, name: object) -> StopImage:
         raise StopImageError(f"{said}: this lens has no file, in whose folder it could be")
     if PurePosixPath(name).is_absolute() or PureWindowsPath(name).anchor or ".." in PureWindowsPath(name).parts:
         raise StopImageError(f"{said}: it must lie in the folder of the lens file, or below: give its path from there")
-    place = folder / PureWindowsPath(name).as_posix()
-    if place.suffix.lower() not in SUFFIXES:
+    file = folder / PureWindowsPath(name).as_posix()
+    if file.suffix.lower() not in SUFFIXES:
         raise StopImageError(f"{said}: pictures are {', '.join(SUFFIXES)}")
-    if not place.resolve().is_relative_to(folder.resolve()):
+    if not file.resolve().is_relative_to(folder.resolve()):
         raise StopImageError(f"{said}: it is a link out of the folder of the lens file")
-    return replace(read_picture(place), name=PureWindowsPath(name).as_posix())
+    return replace(read_picture(file), name=PureWindowsPath(name).as_posix())
 
 
 def with_picture_beside(lens: Lens, path: Path) -> tuple[Lens, list[Finding]]:
@@ -84,50 +84,50 @@ def with_picture_beside(lens: Lens, path: Path) -> tuple[Lens, list[Finding]]:
     image = lens.stop_image
     if image is None:
         return lens, []
-    wanted = Path(image.name or Path(image.file).name or f"{path.stem}-stop.png")
-    if not (path.parent / wanted).parent.is_dir():
-        wanted = Path(wanted.name)
+    preferred = Path(image.name or Path(image.file).name or f"{path.stem}-stop.png")
+    if not (path.parent / preferred).parent.is_dir():
+        preferred = Path(preferred.name)
     source = Path(image.file) if image.file and _is(Path(image.file), image) else None
     if source is None:
-        wanted = wanted.with_suffix(".png")
+        preferred = preferred.with_suffix(".png")
     for k in range(1, MOST_NAMES):
-        name = wanted if k == 1 else wanted.with_name(f"{wanted.stem}-{k}{wanted.suffix}")
-        place = path.parent / name
-        if _is(place, image):
+        name = preferred if k == 1 else preferred.with_name(f"{preferred.stem}-{k}{preferred.suffix}")
+        target = path.parent / name
+        if _is(target, image):
             return replace(lens, stop_image=replace(image, name=name.as_posix())), []
-        if not place.exists():
+        if not target.exists():
             break
-    part = place.with_name(f".{place.name[:100]}.{os.getpid()}.part")
+    partial = target.with_name(f".{target.name[:100]}.{os.getpid()}.part")
     try:
         if source is not None:
-            shutil.copyfile(source, part)
+            shutil.copyfile(source, partial)
             said = f"the picture in the stop was copied next to it, as {excerpt(name.as_posix())}"
         else:
-            _write(image, part)
+            _write(image, partial)
             said = (f"the picture in the stop was written next to it, as {excerpt(name.as_posix())}: "
                     f"{image.side} × {image.side} pixels of 16 bits")
-        part.replace(place)
+        partial.replace(target)
     except OSError as error:
-        raise LensFileError(place, None, f"the picture in the stop cannot be written: "
-                                         f"{error.strerror or error}") from None
+        raise LensFileError(target, None, f"the picture in the stop cannot be written: "
+                                          f"{error.strerror or error}") from None
     finally:
         with suppress(OSError):
-            part.unlink()
+            partial.unlink()
     return replace(lens, stop_image=replace(image, name=name.as_posix())), [note(Kind.BESIDE, said)]
 
 
-def _is(place: Path, image: StopImage) -> bool:
+def _is(file: Path, image: StopImage) -> bool:
     """Whether a file holds this picture, but for the rounding of 16 bits."""
     try:
-        found = read_picture(place)
+        stored = read_picture(file)
     except (StopImageError, OSError):
         return False
-    return found.side == image.side and bool(np.abs(found.grid - image.grid).max() < 2e-5)
+    return stored.side == image.side and bool(np.abs(stored.grid - image.grid).max() < 2e-5)
 
 
-def _write(image: StopImage, place: Path) -> None:
+def _write(image: StopImage, file: Path) -> None:
     """Write the texels as a grey PNG of 16 bits."""
     from PIL import Image as Picture
 
     codes = np.round(65535.0 * srgb(image.grid.astype(float))).astype(np.uint16)
-    Picture.fromarray(codes).save(place, format="PNG")
+    Picture.fromarray(codes).save(file, format="PNG")

@@ -42,20 +42,20 @@ def check(lens: Lens) -> list[Finding]:
             assumed.
     """
     lens = lens.at(zoom=0.0, close=0.0)
-    seen, wavelength = at_reference(lens.with_open_stop)        # a picture in the stop ends rays on purpose
+    judged, wavelength = at_reference(lens.with_open_stop)        # a picture in the stop ends rays on purpose
     about = [] if is_d_line(wavelength) else [note(
         Kind.CONVENTION, f"its focal lengths, f-number and rays are those at {significant(1000.0 * wavelength)} nm, "
                          "the primary wavelength of its design", wavelength=wavelength)]
     if not lens.is_centred:
         about.append(note(Kind.CONVENTION, "tilted or decentred surfaces: the lens is checked as if centred"))
     try:
-        seen.indices()
+        judged.indices()
     except GlassError as error:         # a glass of the infrared, say: nothing can be traced at the d line
         return [Finding(Kind.GLASS, None, str(error))]
     shapes = geometry_findings(lens)
     table = [*digit_findings(lens), *glass_findings(lens), *vanishing_terms(lens), *shapes, *fabrication_findings(lens)]
     if isfinite(lens.system.object_distances[0]):
-        return [*near_findings(seen), *table, *position_findings(seen), *about, *lens.findings]
-    symptoms = symptom_findings(seen)
-    causes = [*glass_causes(lens, table), *cause_findings(seen, [*symptoms, *shapes])]
-    return [*causes, *symptoms, *table, *position_findings(seen), *about, *lens.findings]
+        return [*near_findings(judged), *table, *position_findings(judged), *about, *lens.findings]
+    symptoms = symptom_findings(judged)
+    causes = [*glass_causes(lens, table), *cause_findings(judged, [*symptoms, *shapes])]
+    return [*causes, *symptoms, *table, *position_findings(judged), *about, *lens.findings]

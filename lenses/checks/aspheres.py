@@ -47,54 +47,55 @@ def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
     aspheric = [i for i, s in enumerate(lens.surfaces) if s.aspheric]
     conic = [i for i, s in enumerate(lens.surfaces) if s.conic != 0.0]
     both = sorted({*aspheric, *conic})
-    for places in (conic, both) if conic and both != conic else (both,):
-        if places:
-            yield from _conics(lens, places)
+    for indices in (conic, both) if conic and both != conic else (both,):
+        if indices:
+            yield from _conics(lens, indices)
     for words, moved in POWERS.items():
-        for places in (aspheric, *([i] for i in aspheric if len(aspheric) > 1)):
-            yield from _powers(lens, places, words, moved, 1.5 if places == aspheric else EVEN)
+        for indices in (aspheric, *([i] for i in aspheric if len(aspheric) > 1)):
+            yield from _powers(lens, indices, words, moved, 1.5 if indices == aspheric else EVEN)
     if aspheric:
         yield _without(lens, aspheric)
 
 
-def _conics(lens: Lens, places: list[int]) -> Iterator[Hypothesis]:
+def _conics(lens: Lens, indices: list[int]) -> Iterator[Hypothesis]:
     """All conics one smaller, or one larger."""
-    first, where = lens.surfaces[places[0]].conic, places[0] if len(places) == 1 else None
+    first, where = lens.surfaces[indices[0]].conic, indices[0] if len(indices) == 1 else None
     yield Hypothesis(Kind.CONIC, Change("conic", where, first, first - 1.0),
-                     "the conic constants are given as κ = 1 + k", f"1 subtracted from the conic constant{_of(places)}",
-                     _changed(lens, places, lambda s: replace(s, conic=s.conic - 1.0)))
+                     "the conic constants are given as κ = 1 + k",
+                     f"1 subtracted from the conic constant{_of(indices)}",
+                     _changed(lens, indices, lambda s: replace(s, conic=s.conic - 1.0)))
     yield Hypothesis(Kind.CONIC, Change("conic", where, first, first + 1.0),
                      "1 was subtracted from conic constants that were k already",
-                     f"1 added to the conic constant{_of(places)}",
-                     _changed(lens, places, lambda s: replace(s, conic=s.conic + 1.0)))
+                     f"1 added to the conic constant{_of(indices)}",
+                     _changed(lens, indices, lambda s: replace(s, conic=s.conic + 1.0)))
 
 
-def _powers(lens: Lens, places: list[int], words: str, moved: Callable[[Terms], Terms],
+def _powers(lens: Lens, indices: list[int], words: str, moved: Callable[[Terms], Terms],
             rarity: float) -> Iterator[Hypothesis]:
     """The same coefficients at other powers, where these exist."""
-    terms = [lens.surfaces[i].aspheric for i in places]
+    terms = [lens.surfaces[i].aspheric for i in indices]
     after = [moved(row) for row in terms]
-    if not places or after == terms or not all(LOWEST <= power <= HIGHEST for row in after for power, _ in row):
+    if not indices or after == terms or not all(LOWEST <= power <= HIGHEST for row in after for power, _ in row):
         return
     yield Hypothesis(
-        Kind.ASPHERE, Change("aspheric power", places[0] if len(places) == 1 else None, float(terms[0][0][0]),
+        Kind.ASPHERE, Change("aspheric power", indices[0] if len(indices) == 1 else None, float(terms[0][0][0]),
                              float(after[0][0][0])), "the aspheric coefficients belong to other powers of the height",
-        f"the coefficients{_of(places)} {words} (the first at r^{after[0][0][0]} instead of r^{terms[0][0][0]})",
-        _changed(lens, places, lambda s: replace(s, aspheric=moved(s.aspheric))), rarity)
+        f"the coefficients{_of(indices)} {words} (the first at r^{after[0][0][0]} instead of r^{terms[0][0][0]})",
+        _changed(lens, indices, lambda s: replace(s, aspheric=moved(s.aspheric))), rarity)
 
 
-def _without(lens: Lens, places: list[int]) -> Hypothesis:
+def _without(lens: Lens, indices: list[int]) -> Hypothesis:
     """No coefficients: where the rays then pass, these are wrong in a way that is not known."""
-    first = lens.surfaces[places[0]].aspheric[0]
+    first = lens.surfaces[indices[0]].aspheric[0]
     return Hypothesis(
         Kind.ASPHERE, Change("aspheric power", None, float(first[0]), 0.0), "the aspheric coefficients are wrong",
-        f"without the coefficients{_of(places)} all rays pass; no other order of their powers makes the lens good",
-        _changed(lens, places, lambda s: replace(s, aspheric=())), 100.0, frozenset((Kind.BLUR,)))
+        f"without the coefficients{_of(indices)} all rays pass; no other order of their powers makes the lens good",
+        _changed(lens, indices, lambda s: replace(s, aspheric=())), 100.0, frozenset((Kind.BLUR,)))
 
 
-def _changed(lens: Lens, places: list[int], change: Callable[[Surface], Surface]) -> Lens:
-    return replace(lens, surfaces=tuple(change(s) if i in places else s for i, s in enumerate(lens.surfaces)))
+def _changed(lens: Lens, indices: list[int], change: Callable[[Surface], Surface]) -> Lens:
+    return replace(lens, surfaces=tuple(change(s) if i in indices else s for i, s in enumerate(lens.surfaces)))
 
 
-def _of(places: list[int]) -> str:
-    return f" of surface{'s' if len(places) > 1 else ''} {', '.join(map(str, places))}"
+def _of(indices: list[int]) -> str:
+    return f" of surface{'s' if len(indices) > 1 else ''} {', '.join(map(str, indices))}"

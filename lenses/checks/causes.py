@@ -65,15 +65,15 @@ def cause_findings(lens: Lens, symptoms: list[Finding]) -> list[Finding]:
     for hypothesis in _hypotheses(lens, before):
         if hypothesis.lens not in tried:    # two words for one change are no rivals
             tried.add(hypothesis.lens)
-            found = _judge(lens, hypothesis, before)
-            judged += [found] if found else []
-    judged.sort(key=lambda found: (found.left, found.misfit * found.hypothesis.rarity))
+            cause = _judge(lens, hypothesis, before)
+            judged += [cause] if cause else []
+    judged.sort(key=lambda cause: (cause.left, cause.misfit * cause.hypothesis.rarity))
     findings: list[Finding] = []
     while judged:                           # findings that one change leaves may have a cause of their own
         named, proven = _named(judged)
-        findings += [_finding(lens, found, proven) for found in named]
+        findings += [_finding(lens, cause, proven) for cause in named]
         explained = judged[0].cleared
-        judged = [found for found in judged if not found.cleared & explained]
+        judged = [cause for cause in judged if not cause.cleared & explained]
     return findings
 
 
@@ -84,10 +84,10 @@ def _named(judged: list[_Judged]) -> tuple[list[_Judged], bool]:
     """
     best = judged[0]
     limit = RIVAL * max(best.misfit * best.hypothesis.rarity, FLOOR)
-    near = [found for found in judged if found.left == best.left and found.misfit * found.hypothesis.rarity <= limit]
+    near = [cause for cause in judged if cause.left == best.left and cause.misfit * cause.hypothesis.rarity <= limit]
     proven = len(near) == 1
     if len(near) > MOST:
-        near = [found for found in near if found.hypothesis.kind is not Kind.DIGIT]
+        near = [cause for cause in near if cause.hypothesis.kind is not Kind.DIGIT]
     return near if len(near) <= MOST else [], proven
 
 
@@ -153,8 +153,8 @@ def _misfit(lens: Lens) -> float:
     return total if isfinite(total) else inf
 
 
-def _finding(lens: Lens, found: _Judged, proven: bool) -> Finding:
-    hypothesis = found.hypothesis
+def _finding(lens: Lens, cause: _Judged, proven: bool) -> Finding:
+    hypothesis = cause.hypothesis
     figures = _figures(lens, hypothesis.lens)
     names = {"focal_length": "focal length", "back_focus": "back focus", "blur": "blur on the axis",
              "field": "half field"}
@@ -165,7 +165,7 @@ def _finding(lens: Lens, found: _Judged, proven: bool) -> Finding:
         told.append(f"f/{significant(figures['f_number'], 3)} → f/{significant(figures['f_number_after'], 3)}")
     perhaps = "" if proven else "perhaps "
     results = f": {', '.join(told)}" if told else ""
-    rest = "" if found.left == 0 else "; other findings remain"
+    rest = "" if cause.left == 0 else "; other findings remain"
     return Finding(hypothesis.kind, hypothesis.change.surface, f"{perhaps}{hypothesis.cause}{results}{rest}",
                    hypothesis.words, figures=figures, change=hypothesis.change)
 
@@ -173,15 +173,15 @@ def _finding(lens: Lens, found: _Judged, proven: bool) -> Finding:
 def _figures(lens: Lens, changed: Lens) -> dict[str, float]:
     """Figures before the change and after it; lengths in mm, the field in degrees."""
     figures: dict[str, float] = {}
-    for end, at in (("", lens), ("_after", changed)):
-        fo, beam = first_order(at), axial_beam(at)
+    for end, variant in (("", lens), ("_after", changed)):
+        fo, beam = first_order(variant), axial_beam(variant)
         figures |= {f"focal_length{end}": fo.efl, f"f_number{end}": fo.f_number}
         if len(lens.surfaces) == len(changed.surfaces):         # a plate that is added has a back focus of its own
             figures[f"back_focus{end}"] = fo.bfl
         if beam is not None:
-            figures[f"blur{end}"] = beam.film_blur if at.surfaces[-1].thickness else beam.blur
+            figures[f"blur{end}"] = beam.film_blur if variant.surfaces[-1].thickness else beam.blur
         if lens.system.largest_field:
-            figures[f"field{end}"] = lit_field(at)[0]
+            figures[f"field{end}"] = lit_field(variant)[0]
     return {name: float(value) for name, value in figures.items() if np.isfinite(value)}
 
 

@@ -25,7 +25,7 @@ def digit_findings(lens: Lens) -> list[Finding]:
     rest = [_digits(radius, SINGLE) for i, radius in radii.items() if i not in long]
     if len(long) != 1 or len(rest) < 3 or max(rest) > PUBLISHED or _digits(radii[long[0]], DOUBLE) < SOLVED:
         return []
-    if any(found.kind is Kind.RULE and found.surface == long[0] for found in lens.findings):
+    if any(finding.kind is Kind.RULE and finding.surface == long[0] for finding in lens.findings):
         return []
     return [Finding(Kind.SOLVED_RADIUS, long[0],
                     f"radius {significant(radii[long[0]], 10)} mm has many digits where no other has more than "
@@ -134,10 +134,10 @@ def agree(computed: float, stated: float) -> bool:
     text = f"{significant(stated, 12)}"
     if not isfinite(computed) or "e" in text:
         return False
-    places = len(text.partition(".")[2])
+    decimals = len(text.partition(".")[2])
     if abs(stated) < 10.0:
-        places = max(places, 1)                         # 5 for 5.0: a number does not keep its last zero
-    return round(computed, places) == stated
+        decimals = max(decimals, 1)                         # 5 for 5.0: a number does not keep its last zero
+    return round(computed, decimals) == stated
 
 
 LIT = 0.7                       # of the stated half angle: published rims, and good estimates, pass it

@@ -125,18 +125,18 @@ def _element(lens: Lens, i: int, before: float, at_rim: str, severity: Severity)
     diameter = 2.0 * max(front.semi_diameter, back.semi_diameter)
     edge = float(min(gaps_within(front, back, min(front.semi_diameter, back.semi_diameter))[0][-1:], default=np.inf))
     of = f"the element between surfaces {i} and {i + 1}, {significant(diameter, 3)} mm across,"
-    found = []
+    findings = []
     if 0.0 <= edge < max(EDGE * diameter, LEAST_EDGE):
-        found.append(Finding(Kind.EDGE, i, f"{of} is {significant(edge, 2)} mm thick {at_rim}: an edge chips below "
-                                           f"{significant(100.0 * EDGE)} % of the diameter, or "
-                                           f"{significant(LEAST_EDGE)} mm", severity=severity,
-                             figures={"edge": edge, "diameter": diameter}))
+        findings.append(Finding(Kind.EDGE, i, f"{of} is {significant(edge, 2)} mm thick {at_rim}: an edge chips below "
+                                              f"{significant(100.0 * EDGE)} % of the diameter, or "
+                                              f"{significant(LEAST_EDGE)} mm", severity=severity,
+                                figures={"edge": edge, "diameter": diameter}))
     if front.thickness < CENTRE * diameter:
-        found.append(Finding(Kind.THICKNESS, i, f"{of} is {significant(front.thickness, 2)} mm thick in the centre: "
-                                                f"glass below {significant(100.0 * CENTRE)} % of its diameter bends "
-                                                "when it is polished", severity=severity,
-                             figures={"centre": front.thickness, "diameter": diameter}))
-    return found
+        findings.append(Finding(Kind.THICKNESS, i, f"{of} is {significant(front.thickness, 2)} mm thick in the centre: "
+                                                   f"glass below {significant(100.0 * CENTRE)} % of its diameter bends "
+                                                   "when it is polished", severity=severity,
+                                figures={"centre": front.thickness, "diameter": diameter}))
+    return findings
 
 
 def _slope(surface: Surface) -> float:

@@ -26,21 +26,21 @@ def glass_findings(lens: Lens) -> list[Finding]:
         glass = surface.glass
         if glass.n_d > 1.0 and glass.v_d is not None:
             media.setdefault((glass.n_d, glass.v_d), []).append(i)
-    for (n_d, v_d), places in media.items():
-        wrong = _misnamed(lens, places)
+    for (n_d, v_d), indices in media.items():
+        wrong = _misnamed(lens, indices)
         name, away = _nearest(n_d, v_d)
         if away <= FAR or _is_resin(n_d, v_d):
             findings += wrong
             continue
-        where = f"surface{'s' if len(places) > 1 else ''} {', '.join(map(str, places))}"
-        labels = list(dict.fromkeys(lens.surfaces[i].glass.name for i in places if lens.surfaces[i].glass.name))
+        where = f"surface{'s' if len(indices) > 1 else ''} {', '.join(map(str, indices))}"
+        labels = list(dict.fromkeys(lens.surfaces[i].glass.name for i in indices if lens.surfaces[i].glass.name))
         figures = {"n_d": n_d, "V_d": v_d, "steps": away}
         message = (f"no known glass is near n_d {significant(n_d)}, V_d {significant(v_d)} ({where}); the nearest is "
                    f"{name}")
         if len(labels) > 1:
             figures["names"] = float(len(labels))
             message += f". It is the glass of {', '.join(labels)} alike: a program may have replaced unknown names"
-        findings.append(Finding(Kind.GLASS, places[0], message, next((f.proposal for f in wrong), None),
+        findings.append(Finding(Kind.GLASS, indices[0], message, next((f.proposal for f in wrong), None),
                                 figures=figures))
     return findings
 
@@ -50,10 +50,10 @@ def _is_resin(n_d: float, v_d: float) -> bool:
     return RESIN_N[0] <= n_d <= RESIN_N[1] and LEAST_V <= v_d <= RESIN_V - RESIN_SLOPE * (n_d - RESIN_N[0])
 
 
-def _misnamed(lens: Lens, places: list[int]) -> list[Finding]:
+def _misnamed(lens: Lens, indices: list[int]) -> list[Finding]:
     """Of surfaces with one glass, those whose name belongs to another glass."""
     findings = []
-    for i in places:
+    for i in indices:
         glass = lens.surfaces[i].glass
         known = (catalogue.lookup(glass.name) or _other(glass.name)) if glass.name else None
         if known is None or known.v_d is None or glass.v_d is None or (

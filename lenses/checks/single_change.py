@@ -85,16 +85,16 @@ def _figures(lens: Lens, both: bool) -> tuple[list[_Change], np.ndarray, np.ndar
     lengths, foci = [np.empty(0)], [np.empty(0)]
     n, last = lens.indices(), len(lens.surfaces)
     for i, surface in enumerate(lens.surfaces):
-        here = list(_changes(i, surface, both, is_last=i == last - 1))
-        if not here:
+        options = list(_changes(i, surface, both, is_last=i == last - 1))
+        if not options:
             continue
-        changes += here
-        tried = [_changed(surface, change.quantity, change.new) for change in here]
+        changes += options
+        tried = [_changed(surface, change.quantity, change.new) for change in options]
         c = np.array([s.vertex_curvature for s in tried])
         gap, glass = np.array([s.thickness for s in tried]), np.array([s.glass.n_d for s in tried])
         height, _, slope, _ = ray_matrix(lens, 0, i)    # of the ray that enters parallel at height 1: (A, C)
         w = slope - (glass - n[i]) * c * height
-        y = np.full(len(here), height)
+        y = np.full(len(options), height)
         if i + 1 < last:
             y = y + gap / glass * w
             w = w - (n[i + 2] - glass) * lens.surfaces[i + 1].vertex_curvature * y
@@ -149,12 +149,12 @@ def slips(value: float, kind: str) -> set[float]:
     if kind == "point":
         return {value * factor for factor in (0.01, 0.1, 10.0, 100.0)}
     text = np.format_float_positional(float(f"{value:.{DIGITS}g}"), trim="0")
-    places = [k for k, letter in enumerate(text) if letter.isdigit()]
+    positions = [k for k, letter in enumerate(text) if letter.isdigit()]
     if kind == "swapped digits":
-        texts = [text[:j] + text[k] + text[j + 1:k] + text[j] + text[k + 1:] for j, k in zip(places, places[1:],
+        texts = [text[:j] + text[k] + text[j + 1:k] + text[j] + text[k + 1:] for j, k in zip(positions, positions[1:],
                                                                                           strict=False)]
     else:
-        texts = [text[:k] + digit + text[k + 1:] for k in places for digit in "0123456789"]
+        texts = [text[:k] + digit + text[k + 1:] for k in positions for digit in "0123456789"]
     return {float(changed) for changed in texts if changed != text} - {0.0, value}
 
 
@@ -187,15 +187,16 @@ def glass_causes(lens: Lens, findings: list[Finding]) -> list[Finding]:
         same = [s.glass for s in lens.surfaces if s.glass == lens.surfaces[finding.surface].glass]
         if len(same) > MELTS or "names" in finding.figures:
             continue                                # the same digit is not misread so often
-        found = sorted(_candidates(lens, finding.surface), key=lambda candidate: candidate.steps)
-        near = [candidate for candidate in found if candidate.steps <= found[0].steps + RIVAL][:GLASS_DIGITS_MOST]
+        candidates = sorted(_candidates(lens, finding.surface), key=lambda candidate: candidate.steps)
+        limit = candidates[0].steps + RIVAL if candidates else 0.0
+        near = [candidate for candidate in candidates if candidate.steps <= limit][:GLASS_DIGITS_MOST]
         causes += [_cause(lens, candidate, len(near)) for candidate in near]
     return causes
 
 
 def _candidates(lens: Lens, i: int) -> Iterator[_Candidate]:
     glass = lens.surfaces[i].glass
-    here = first_order(lens)
+    before = first_order(lens)
     stored, stated = lens.surfaces[-1].thickness, lens.stated_efl
     assert glass.v_d is not None
     others = [s.glass for s in lens.surfaces if s.glass.v_d and s.glass != glass]
@@ -216,7 +217,7 @@ def _candidates(lens: Lens, i: int) -> Iterator[_Candidate]:
         colour = abs(first_order(tried, F_LINE).bfl - first_order(tried, C_LINE).bfl) / fo.efl
         steps = away + colour / COLOUR if isfinite(colour) else away
         if quantity == "n_d":
-            steps += abs(fo.efl / (stated or here.efl) - 1.0) / FOCUS
+            steps += abs(fo.efl / (stated or before.efl) - 1.0) / FOCUS
             steps += abs(fo.bfl - stored) / fo.efl / FOCUS if stored > 0.0 else 0.0
         if elsewhere:
             steps -= BONUS

@@ -34,7 +34,7 @@ def planes_in_air(lens: Lens) -> list[int]:
 
 def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
     """Other surfaces as the stop, the rim of the stop, and rims that are diameters."""
-    stated, here = lens.stated_f_number, first_order(lens).f_number
+    stated, f_number = lens.stated_f_number, first_order(lens).f_number
     planes, marked = planes_in_air(lens), lens.stop_index
     for i in range(len(lens.surfaces)):
         if i == marked or (planes and i not in planes):
@@ -49,9 +49,9 @@ def hypotheses(lens: Lens) -> Iterator[Hypothesis]:
                          there, 1.0 if i in planes else 4.0)
     efl = first_order(lens).efl
     sound = abs(efl / lens.stated_efl - 1.0) <= SAME_FOCAL_LENGTH if lens.stated_efl else False
-    if not (stated and sound and isfinite(here) and abs(here / stated - 1.0) > SAME):
+    if not (stated and sound and isfinite(f_number) and abs(f_number / stated - 1.0) > SAME):
         return
-    ratio = here / stated
+    ratio = f_number / stated
     for factor, cause in ((0.5, "the semi-diameters are diameters"), (2.0, "the semi-diameters are halved")):
         if abs(ratio / factor - 1.0) <= DIAMETERS:
             rims = tuple(replace(s, semi_diameter=factor * s.semi_diameter) for s in lens.surfaces)

@@ -73,7 +73,7 @@ def _shifts(lens: Lens) -> list[float]:
     """From the focus to the stored film at every zoom station (mm)."""
     stations = lens.positions.zoom_stations if lens.zooms and lens.positions else ()
     there = [lens.at(zoom=zoom) for zoom in stations]
-    return [at.surfaces[-1].thickness - first_order(at).bfl for at in there]
+    return [station.surfaces[-1].thickness - first_order(station).bfl for station in there]
 
 
 def _scales(lens: Lens) -> Iterator[Hypothesis]:

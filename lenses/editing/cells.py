@@ -113,9 +113,9 @@ def named_glass(text: str) -> Glass:
     text = text.strip()
     if text.lower() in ("", "air"):
         return AIR
-    numbers = [part for part in text.replace(";", " ").split() if part]
+    numbers = [word for word in text.replace(";", " ").split() if word]
     try:
-        figures = [float(part.replace(",", ".")) for part in numbers]
+        figures = [float(word.replace(",", ".")) for word in numbers]
     except ValueError:
         figures = []
     try:
@@ -146,8 +146,8 @@ def with_rule(document: LensDocument, rule: Solve | Pickup) -> LensDocument:
 
 def without_rule(document: LensDocument, surface: int, quantity: str) -> LensDocument:
     """The document with a number made independent, which keeps its value."""
-    def other(each: Solve | Pickup) -> bool:
-        return (each.surface, each.quantity) != (surface, quantity)
+    def other(rule: Solve | Pickup) -> bool:
+        return (rule.surface, rule.quantity) != (surface, quantity)
 
     return settled(replace(document, solves=tuple(filter(other, document.solves)),
                            pickups=tuple(filter(other, document.pickups)),

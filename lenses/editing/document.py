@@ -105,7 +105,7 @@ class Places(NamedTuple):
 
     def undone(self) -> "Places":
         """The indices after the undo of the edit."""
-        return Places(*({new: old for old, new in each.items()} for each in self))
+        return Places(*({new: old for old, new in numbers.items()} for numbers in self))
 
 
 @dataclass(frozen=True)
@@ -130,23 +130,23 @@ class LensDocument:
             raise EditError(f"{len(self.comments)} comments for {count} surfaces")
         if self.comments and not any(self.comments):
             object.__setattr__(self, "comments", ())
-        for each in self.rules:
-            sources = (each.surface, each.source) if isinstance(each, Pickup) else (each.surface,)
+        for rule in self.rules:
+            sources = (rule.surface, rule.source) if isinstance(rule, Pickup) else (rule.surface,)
             if not all(0 <= i < count for i in sources):
                 raise EditError(f"a solve or pickup names surface {max(sources)}: they are numbered from 0 to "
                                 f"{count - 1}")
-            if isinstance(each, Solve) and each.kind == "edge" and each.surface == count - 1:
+            if isinstance(rule, Solve) and rule.kind == "edge" and rule.surface == count - 1:
                 raise EditError("behind the last surface there is no edge")
-            if isinstance(each, Solve) and each.kind == "f-number" and each.surface != self.lens.stop_index:
-                raise EditError(f"surface {each.surface} is not the stop: only the stop's semi-diameter follows from "
+            if isinstance(rule, Solve) and rule.kind == "f-number" and rule.surface != self.lens.stop_index:
+                raise EditError(f"surface {rule.surface} is not the stop: only the stop's semi-diameter follows from "
                                 "the f-number")
-            if each.quantity == THICKNESS and varies(self.lens, each.surface):
-                raise EditError(f"the gap behind surface {each.surface} varies with zoom or focus: it cannot follow "
+            if rule.quantity == THICKNESS and varies(self.lens, rule.surface):
+                raise EditError(f"the gap behind surface {rule.surface} varies with zoom or focus: it cannot follow "
                                 "from others")
-            if each.quantity == SEMI_DIAMETER and each.surface == self.lens.stop_index \
+            if rule.quantity == SEMI_DIAMETER and rule.surface == self.lens.stop_index \
                     and self.lens.positions is not None and self.lens.positions.stops:
                 raise EditError("the stop varies with zoom or focus: its semi-diameter cannot follow from others")
-        cells = [(each.surface, each.quantity) for each in self.rules]
+        cells = [(rule.surface, rule.quantity) for rule in self.rules]
         twice = next((cell for cell in cells if cells.count(cell) > 1), None)
         if twice is not None:
             raise EditError(f"the {words(twice[1])} of surface {twice[0]} follows from two rules: remove one first")
@@ -176,7 +176,7 @@ class LensDocument:
 
     def rule(self, surface: int, quantity: str) -> Solve | Pickup | None:
         """What a number follows from; None for an independent one."""
-        return next((each for each in self.rules if (each.surface, each.quantity) == (surface, quantity)),
+        return next((rule for rule in self.rules if (rule.surface, rule.quantity) == (surface, quantity)),
                     None)
 
 

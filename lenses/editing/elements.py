@@ -99,12 +99,12 @@ def cemented(document: LensDocument, surface: int) -> LensDocument:
     same = replace(back, thickness=front.thickness, glass=front.glass, semi_diameter=front.semi_diameter,
                    coating=front.coating, pose=front.pose) == front
     what = "curvatures" if front.curvature != back.curvature else "aspheric terms, conics or sections x–z"
-    found = [] if same else [note(
+    remarks = [] if same else [note(
         Kind.SHAPE, f"the {what} of surfaces {surface} and {surface + 1} differed: the cemented surface has "
                     f"{'that' if what == 'curvatures' else 'those'} of surface {surface}", surface)]
     made = reordered(changed, [i for i in range(count) if i != surface + 1],
                      gaps={surface: None, surface + 1: surface})
-    return replace(made, findings=(*made.findings, *found))
+    return replace(made, findings=(*made.findings, *remarks))
 
 
 def air_spaced(document: LensDocument, surface: int, gap: float = AIR_GAP) -> LensDocument:

@@ -24,19 +24,19 @@ def faults(document: LensDocument) -> tuple[Finding, ...]:
     fails (RAY). All but NO_IMAGE name a surface, from 0.
     """
     lens = document.lens
-    found = [f for f in document.findings if f.kind is Kind.UNSOLVED]
-    found += [f for f in geometry_findings(lens) if f.severity is Severity.WARNING]
-    seen, _ = at_reference(lens.with_open_stop)
+    findings = [f for f in document.findings if f.kind is Kind.UNSOLVED]
+    findings += [f for f in geometry_findings(lens) if f.severity is Severity.WARNING]
+    traced, _ = at_reference(lens.with_open_stop)
     try:
-        seen.indices()
+        traced.indices()
     except GlassError as error:
-        return *found, Finding(Kind.GLASS, None, str(error))
-    distance = seen.system.object_distances[0]
-    found += _image(seen, distance if abs(distance) < FAR else np.inf)
+        return *findings, Finding(Kind.GLASS, None, str(error))
+    distance = traced.system.object_distances[0]
+    findings += _image(traced, distance if abs(distance) < FAR else np.inf)
     if abs(distance) >= FAR:
-        open_wide = replace(seen, stated_f_number=None)         # the figure belongs to the lens before the edits
-        found += [f for f in ray_findings(open_wide) if f.kind is Kind.RAY]
-    return tuple(found)
+        open_wide = replace(traced, stated_f_number=None)         # the figure belongs to the lens before the edits
+        findings += [f for f in ray_findings(open_wide) if f.kind is Kind.RAY]
+    return tuple(findings)
 
 
 def _image(lens: Lens, distance: float) -> list[Finding]:

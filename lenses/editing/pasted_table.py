@@ -76,7 +76,7 @@ def pasted(text: str, f_number: float | None = None) -> LensDocument:
     if not lines:
         raise EditError("there is no table: copy one surface a line, with radius, thickness, n_d and V_d")
     marked = [(i, MARKED.findall(line)) for i, line in lines]
-    if sum(len(found) > 1 for _, found in marked) > 1:
+    if sum(len(marks) > 1 for _, marks in marked) > 1:
         return _document(_of_marks(marked), f_number)
     rows, guessed, remarks = _of_columns(lines)
     made = _document(rows, f_number)
@@ -90,14 +90,14 @@ def pasted(text: str, f_number: float | None = None) -> LensDocument:
 def _of_marks(marked: Sequence[tuple[int, list[tuple[str, str, str]]]]) -> list[_Line]:
     """Rows of a table such as r1 = 22.01 d1 = 3.26 n1 = 1.62 ν1 = 60.3; n and ν belong to their row."""
     rows: dict[int, _Line] = {}
-    for line, found in marked:
-        own = next((int(place) for letter, place, _ in found if letter.lower() == "r"), None)
-        for letter, place, value in found:
+    for line, marks in marked:
+        own = next((int(digits) for letter, digits, _ in marks if letter.lower() == "r"), None)
+        for letter, digits, value in marks:
             column = MARKS[letter.lower()]
-            surface = own if own is not None and column in (INDEX, ABBE) else int(place)
+            surface = own if own is not None and column in (INDEX, ABBE) else int(digits)
             row = rows.setdefault(surface, _Line(line))
             if column in row.cells:
-                raise EditError(f"line {line}: {letter}{place} is given twice")
+                raise EditError(f"line {line}: {letter}{digits} is given twice")
             row.cells[column] = value.replace(" ", "").rstrip(".,")
     return [rows[i] for i in sorted(rows)]
 
@@ -110,10 +110,10 @@ def _of_columns(lines: Sequence[tuple[int, str]]) -> tuple[list[_Line], list[str
     remarks: list[Finding] = []
     start = 0
     for k, (line, cells) in enumerate(table[:4]):
-        found = _headings(cells)
-        if found.count(RADIUS) == 1 and (THICKNESS in found):
-            columns, start = found, k + 1
-            remarks = _heading_remarks(line, cells, found)
+        headings = _headings(cells)
+        if headings.count(RADIUS) == 1 and (THICKNESS in headings):
+            columns, start = headings, k + 1
+            remarks = _heading_remarks(line, cells, headings)
             break
     body = table[start:]
     if not columns:
@@ -145,13 +145,13 @@ def _split(lines: Sequence[tuple[int, str]]) -> list[tuple[int, list[str]]]:
 
 def _headings(cells: Sequence[str]) -> list[str]:
     """The column of each heading; "" for one that is not known."""
-    found = []
+    columns = []
     for cell in cells:
         word = re.sub(r"[\[(].*?[\])]|\bmm\b|[₀-₉_]", "", cell).strip(" :.*").lower() or cell.strip().lower()
         word = {"ν": "v", "νd": "vd", "ν d": "vd"}.get(word, word)
         name = next((name for name, pattern in HEADINGS if re.fullmatch(pattern, word)), "")
-        found.append("" if name and name in found else name)
-    return found
+        columns.append("" if name and name in columns else name)
+    return columns
 
 
 def _heading_remarks(line: int, cells: Sequence[str], columns: Sequence[str]) -> list[Finding]:
@@ -160,21 +160,21 @@ def _heading_remarks(line: int, cells: Sequence[str], columns: Sequence[str]) ->
         if re.search(r"[\[(]\s*(in|inch(es)?|″|cm|m)\.?\s*[\])]", cell.lower()):
             raise EditError(f"line {line}: the heading {excerpt(cell)} has another unit than mm: convert the lengths "
                             "first")
-    found = []
+    remarks = []
     e_line = [cell for cell, name in zip(cells, columns, strict=True)
               if name in (INDEX, ABBE) and re.fullmatch(r"[nvν]\W?_?e\W?", cell.strip().lower())]
     if e_line:
-        found.append(Finding(Kind.GLASS, None, f"the numbers of {' and '.join(map(excerpt, e_line))}, of the e line, "
-                                               "are used as n_d and V_d", severity=Severity.WARNING))
+        remarks.append(Finding(Kind.GLASS, None, f"the numbers of {' and '.join(map(excerpt, e_line))}, of the e line, "
+                                                 "are used as n_d and V_d", severity=Severity.WARNING))
     unread = [cell for cell, name in zip(cells, columns, strict=True) if cell and not name]
     terms = [cell for cell in unread if TERM.fullmatch(cell.strip())]
     if terms:
         raise EditError(f"line {line}: {excerpt(terms[0])} seems to be a column of aspheric terms, which are not read: "
                         "paste the table without them, and enter them afterwards")
     if unread:
-        found.append(Finding(Kind.NOT_READ, None, f"not read: the column{'s' if len(unread) > 1 else ''} "
-                                                  f"{', '.join(map(excerpt, unread))}", severity=Severity.WARNING))
-    return found
+        remarks.append(Finding(Kind.NOT_READ, None, f"not read: the column{'s' if len(unread) > 1 else ''} "
+                                                    f"{', '.join(map(excerpt, unread))}", severity=Severity.WARNING))
+    return remarks
 
 
 def _guessed(rows: Sequence[Sequence[str]]) -> list[str]:
@@ -184,16 +184,16 @@ def _guessed(rows: Sequence[Sequence[str]]) -> list[str]:
         raise EditError("no columns are recognised: a surface needs a radius and a thickness at least")
     longest = [cells for cells in rows if len(cells) == width]
     counts = [_whole(cells[0]) for cells in rows if cells]
-    numbers = [each for each in counts if each is not None]
+    numbers = [count for count in counts if count is not None]
     numbered = len(numbers) >= len(counts) - 1 > 0 and numbers == sorted(set(numbers)) and numbers[-1] <= len(rows) + 1
     names = [SURFACE] if numbered else []
     order = list(ORDER)
-    for place in range(len(names), width):
-        column = [cells[place] for cells in longest if cells[place]]
+    for k in range(len(names), width):
+        column = [cells[k] for cells in longest if cells[k]]
         words = [text for text in column if not _is_number(text) and text.lower() not in PLANES | STOPS]
-        if words and len(words) * 2 >= len(column) and place > len(names) - 1 and RADIUS in names:
+        if words and len(words) * 2 >= len(column) and k > len(names) - 1 and RADIUS in names:
             names.append(GLASS if GLASS not in names else COMMENT)
-            order = [each for each in order if each not in (INDEX, ABBE)]
+            order = [column for column in order if column not in (INDEX, ABBE)]
         else:
             names.append(order.pop(0) if order else "")
     # Index or rim: an index lies from 1 to 5, an Abbe number from 8 to 110

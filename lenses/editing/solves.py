@@ -47,7 +47,7 @@ def settled(document: LensDocument) -> LensDocument:
         if lens == before or _close(lens, before):
             break
     else:
-        surface = min(each.surface for each in document.rules)
+        surface = min(rule.surface for rule in document.rules)
         unsolved[surface, ""] = Finding(Kind.UNSOLVED, surface, "the solves and pickups contradict each other: they "
                                                                 "find no common solution")
     return replace(document, lens=lens, findings=(
@@ -94,12 +94,12 @@ def solution(lens: Lens, solve: Solve) -> float:
     surface = lens.surfaces[i]
     distance = lens.system.object_distances[0]
     if solve.kind == "image":
-        seen = lens.surfaces[:i + 1]
-        return image_distance(seen, inf if abs(distance) >= FAR else distance, wavelength,
+        before = lens.surfaces[:i + 1]
+        return image_distance(before, inf if abs(distance) >= FAR else distance, wavelength,
                               lens.front_index) - solve.target
     if solve.kind == "edge":
-        here, behind = _rim_sag(surface), _rim_sag(lens.surfaces[i + 1])
-        return solve.target + here - behind
+        ahead, behind = _rim_sag(surface), _rim_sag(lens.surfaces[i + 1])
+        return solve.target + ahead - behind
     if solve.kind == "efl":
         return _root(lambda c: -ray(with_surfaces(lens, [(i, replace(surface, curvature=c))]).surfaces,
                                     wavelength=wavelength, front_index=lens.front_index)[1] * solve.target - 1.0,

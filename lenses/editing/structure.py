@@ -33,30 +33,31 @@ def reordered(document: LensDocument, order: Sequence[int | Surface], comments: 
     then has the gap; None where the gap is gone, so that its rules go too. Rules of thicknesses follow their gaps.
     """
     lens, findings = document.lens, list(document.findings)
-    place = {old: new for new, old in enumerate(order) if isinstance(old, int)}
-    surfaces = tuple(_pivoted(lens, each, new, place, findings) if isinstance(each, int) else each
-                     for new, each in enumerate(order))
-    said = tuple((comments or {}).get(new, "") if not isinstance(each, int) else document.comment(each)
-                 for new, each in enumerate(order))
+    index_of = {old: new for new, old in enumerate(order) if isinstance(old, int)}
+    surfaces = tuple(_pivoted(lens, item, new, index_of, findings) if isinstance(item, int) else item
+                     for new, item in enumerate(order))
+    said = tuple((comments or {}).get(new, "") if not isinstance(item, int) else document.comment(item)
+                 for new, item in enumerate(order))
 
     # The stop: itself, or the nearest surface behind it that is left, else the last
-    stop = place.get(lens.stop_index)
+    stop = index_of.get(lens.stop_index)
     if stop is None:
-        later = [place[old] for old in sorted(place) if old > lens.stop_index]
+        later = [index_of[old] for old in sorted(index_of) if old > lens.stop_index]
         stop = later[0] if later else len(surfaces) - 1
         findings.append(Finding(Kind.MOVED_STOP, stop, f"the stop was deleted: surface {stop} is the stop now"))
 
     # Rules go with their surfaces, those of thicknesses with their gaps
-    behind = {old: new for old, new in {**place, **(gaps or {})}.items() if new is not None}
+    behind = {old: new for old, new in {**index_of, **(gaps or {})}.items() if new is not None}
 
     def place_of(surface: int, quantity: str) -> int | None:
-        return (behind if quantity == THICKNESS else place).get(surface)
+        return (behind if quantity == THICKNESS else index_of).get(surface)
 
-    kept = [replace(s, surface=at) for s in document.solves if (at := place_of(s.surface, s.quantity)) is not None]
+    kept = [replace(s, surface=index) for s in document.solves
+            if (index := place_of(s.surface, s.quantity)) is not None]
     solves = tuple(replace(s, surface=stop) if s.kind == "f-number" else s for s in kept
                    if not (s.kind == "edge" and s.surface == len(surfaces) - 1))
-    pickups = tuple(replace(p, surface=at, source=source) for p in document.pickups
-                    if (at := place_of(p.surface, p.quantity)) is not None
+    pickups = tuple(replace(p, surface=index, source=source) for p in document.pickups
+                    if (index := place_of(p.surface, p.quantity)) is not None
                     and (source := place_of(p.source, p.quantity)) is not None)
     lost = len(document.solves) + len(document.pickups) - len(solves) - len(pickups)
     if lost:
@@ -65,25 +66,25 @@ def reordered(document: LensDocument, order: Sequence[int | Surface], comments: 
                                             f"{'s' if lost > 1 else ''} of {whose} went with them"))
     positions = lens.positions
     if positions is not None:
-        positions = replace(positions, gaps=tuple(place[gap] for gap in positions.gaps))
-        if positions.stops and place.get(lens.stop_index) is None:
+        positions = replace(positions, gaps=tuple(index_of[gap] for gap in positions.gaps))
+        if positions.stops and index_of.get(lens.stop_index) is None:
             positions = replace(positions, stops=())
     try:
         made = replace(lens, surfaces=surfaces, stop_index=stop, positions=positions)
-        places = Places(place, behind)
+        moves = Places(index_of, behind)
         changed = LensDocument(made, said, solves, pickups, tuple(findings),
-                               places if document.places is None else document.places.then(places))
+                               moves if document.places is None else document.places.then(moves))
     except (LensError, ValueError) as error:
         raise EditError(str(error)) from None
     return settled(changed) if settle else changed
 
 
-def _pivoted(lens: Lens, old: int, new: int, place: dict[int, int], findings: list[Finding]) -> Surface:
-    """A surface in its new position, tilted about the same pivot, or about its own vertex where that is deleted."""
+def _pivoted(lens: Lens, old: int, new: int, index_of: dict[int, int], findings: list[Finding]) -> Surface:
+    """A surface at its new index, posed about the same pivot, or its own vertex where that is deleted."""
     surface = lens.surfaces[old]
     if surface.pose is None:
         return surface
-    pivot = place.get(old - surface.pose.pivot)
+    pivot = index_of.get(old - surface.pose.pivot)
     if pivot is None:
         findings.append(note(Kind.LEFT_OUT, f"surface {new} pivots about its own vertex: the surface about whose "
                                             "vertex it was tilted is deleted", new))
@@ -116,33 +117,33 @@ def check_range(document: LensDocument, first: int, last: int) -> None:
         raise EditError(f"surfaces {first} to {last}: they are numbered from 0 to {len(document.surfaces) - 1}")
 
 
-def inserted(document: LensDocument, place: int, surfaces: Sequence[Surface], comments: Sequence[str] = (),
+def inserted(document: LensDocument, index: int, surfaces: Sequence[Surface], comments: Sequence[str] = (),
              gaps: dict[int, int | None] | None = None) -> LensDocument:
-    """The document with surfaces before surface `place`, or behind the last one.
+    """The document with surfaces before surface `index`, or behind the last one.
 
     comments: of the first of them. gaps: as for `reordered`, those that the new surfaces take over. EditError for
-    another place, invalid sizes or too many surfaces.
+    another index, invalid sizes or too many surfaces.
     """
     count = len(document.surfaces)
-    if not 0 <= place <= count:
-        raise EditError(f"place {place}: it must lie from 0 to {count}")
+    if not 0 <= index <= count:
+        raise EditError(f"surface index {index}: it must lie from 0 to {count}")
     if count + len(surfaces) > MOST_SURFACES:
         raise EditError(f"a lens has at most {MOST_SURFACES} surfaces")
     _check(surfaces)
-    order: list[int | Surface] = [*range(place), *surfaces, *range(place, count)]
-    return reordered(document, order, dict(zip(range(place, place + len(surfaces)), comments, strict=False)),
+    order: list[int | Surface] = [*range(index), *surfaces, *range(index, count)]
+    return reordered(document, order, dict(zip(range(index, index + len(surfaces)), comments, strict=False)),
                      gaps=gaps)
 
 
-def inserted_plane(document: LensDocument, place: int) -> LensDocument:
-    """The document with a plane before surface `place`, in the medium there: it bends no ray and moves nothing."""
+def inserted_plane(document: LensDocument, index: int) -> LensDocument:
+    """The document with a plane before surface `index`, in the medium there: it bends no ray and moves nothing."""
     count = len(document.surfaces)
-    if not 0 <= place <= count:
-        raise EditError(f"place {place}: it must lie from 0 to {count}")
-    near = document.surfaces[min(place, count - 1)]
-    medium = medium_before(document.lens, place)
-    return inserted(document, place, [Surface(0.0, near.semi_diameter, medium, curvature=0.0)],
-                    gaps={place - 1: None} if _ends_at_rim(document, place - 1) else None)
+    if not 0 <= index <= count:
+        raise EditError(f"surface index {index}: it must lie from 0 to {count}")
+    near = document.surfaces[min(index, count - 1)]
+    medium = medium_before(document.lens, index)
+    return inserted(document, index, [Surface(0.0, near.semi_diameter, medium, curvature=0.0)],
+                    gaps={index - 1: None} if _ends_at_rim(document, index - 1) else None)
 
 
 def deleted(document: LensDocument, surfaces: Sequence[int]) -> LensDocument:
@@ -195,18 +196,18 @@ def split(document: LensDocument, surface: int, share: float = 0.5) -> LensDocum
     return inserted(changed, surface + 1, [plane], gaps={surface: surface + 1 if ends_at_image else None})
 
 
-def moved(document: LensDocument, first: int, last: int, place: int) -> LensDocument:
-    """The document with a group of surfaces, and the gaps behind them, before surface `place`. EditError: gaps vary."""
+def moved(document: LensDocument, first: int, last: int, index: int) -> LensDocument:
+    """The document with a group of surfaces, and the gaps behind them, before surface `index`. EditError: gaps vary."""
     check_range(document, first, last)
     count = len(document.surfaces)
-    if not 0 <= place <= count:
-        raise EditError(f"place {place}: it must lie from 0 to {count}")
-    if first <= place <= last + 1:
+    if not 0 <= index <= count:
+        raise EditError(f"surface index {index}: it must lie from 0 to {count}")
+    if first <= index <= last + 1:
         return document
     check_fixed(document.lens, set(range(count)), "moved")
     rest = [i for i in range(count) if not first <= i <= last]
-    at = len([i for i in rest if i < place])
-    return reordered(document, [*rest[:at], *range(first, last + 1), *rest[at:]])
+    k = len([i for i in rest if i < index])
+    return reordered(document, [*rest[:k], *range(first, last + 1), *rest[k:]])
 
 
 def scaled(document: LensDocument, factor: float) -> LensDocument:
@@ -235,7 +236,7 @@ def kept_in_focus(before: Lens, document: LensDocument) -> tuple[LensDocument, t
     if gap == 0.0 or lens.surfaces[-1].thickness != gap or varies(lens, last) or document.rule(last, THICKNESS):
         return document, ()
     try:
-        was, now = (solution(each, Solve(len(each.surfaces) - 1, "image")) for each in (before, lens))
+        was, now = (solution(variant, Solve(len(variant.surfaces) - 1, "image")) for variant in (before, lens))
     except ArithmeticError:             # an afocal lens
         return document, ()
     moved = gap + now - was

@@ -76,7 +76,7 @@ def read(text: str, path: str) -> Lens:
 
 def _statements(text: str) -> list[tuple[int, list[str]]]:
     """The words of each command, quoted texts kept whole with their quotes, and its line."""
-    found: list[tuple[int, list[str]]] = []
+    statements: list[tuple[int, list[str]]] = []
     words: list[str] = []
     start, going_on = 1, False
     for line, content in enumerate(text.split("\n"), start=1):
@@ -90,16 +90,16 @@ def _statements(text: str) -> list[tuple[int, list[str]]]:
                 going_on = True
                 break
             if token == ";":
-                found += [(start, words)] if words else []
+                statements += [(start, words)] if words else []
                 words = []
             else:
                 words.append(token)
         if not going_on and words:
-            found.append((start, words))
+            statements.append((start, words))
             words = []
     if words:
-        found.append((start, words))
-    return [(line, [words[0] if words[0][0] in "'\"" else words[0].upper(), *words[1:]]) for line, words in found]
+        statements.append((start, words))
+    return [(line, [words[0] if words[0][0] in "'\"" else words[0].upper(), *words[1:]]) for line, words in statements]
 
 
 class _Sequence:
@@ -147,9 +147,9 @@ class _Sequence:
             return self.surfaces.pick_up(values)
         if key == "ZOO":
             return self.zoomed(line, values)
-        place = next((i for i, word in enumerate(values[:3]) if re.fullmatch(r"(?ai)z[1-9]\d{0,3}", word)), None)
-        if place is not None:                       # of one position
-            return self.one_position(line, key, values[:place], int(values[place][1:]), values[place + 1:])
+        zoom_word = next((i for i, word in enumerate(values[:3]) if re.fullmatch(r"(?ai)z[1-9]\d{0,3}", word)), None)
+        if zoom_word is not None:                       # of one position
+            return self.one_position(line, key, values[:zoom_word], int(values[zoom_word][1:]), values[zoom_word + 1:])
         surface = re.fullmatch(r"S(O|I|\d{1,4})?", key, re.ASCII)
         if surface:
             return self.surfaces.add(line, surface[1] or "", values)
@@ -177,13 +177,13 @@ class _Sequence:
 
     def system_data(self, key: str, values: list[str]) -> None:
         """Store the numbers of a command for fields, wavelengths or the aperture; F2 or W2 names the one to set."""
-        place = re.fullmatch(r"(?ai)[fw]([1-9]\d?)", values[0]) if values else None
-        if place is None:
+        qualifier = re.fullmatch(r"(?ai)[fw]([1-9]\d?)", values[0]) if values else None
+        if qualifier is None:
             self.system[key] = [_plain(word, key) for word in values]
             return
         row = self.system.setdefault(key, [])
-        row += ["1" if key.startswith("WT") else "0"] * (int(place[1]) - len(row))
-        row[int(place[1]) - 1] = _plain(first_word(values[1:]), key)
+        row += ["1" if key.startswith("WT") else "0"] * (int(qualifier[1]) - len(row))
+        row[int(qualifier[1]) - 1] = _plain(first_word(values[1:]), key)
 
     def zoomed(self, line: int, values: list[str]) -> None:
         """Process ZOO: the number of positions, or the values of a quantity at each position."""

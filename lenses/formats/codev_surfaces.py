@@ -220,8 +220,8 @@ class Surfaces:
             first, last = (self.qualified(word if word[0] in "sS" else f"S{word}") for word in span.groups())
             if first is None or last is None or first > last:
                 raise RowError(f"{excerpt(values[0])} is no range of surfaces, such as S1..3")
-            for each in range(first, last + 1):
-                self.command(line, key, [f"S{each}", *values[1:]])
+            for i in range(first, last + 1):
+                self.command(line, key, [f"S{i}", *values[1:]])
             return
         if values:
             named = self.qualified(values[0])

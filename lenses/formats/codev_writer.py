@@ -122,9 +122,9 @@ def _private_lines(names: dict[Glass, str]) -> list[str]:
     """A block PRV … END for each table: wavelengths (nm) with all digits, and indices."""
     lines: list[str] = []
     for glass, name in names.items():
-        places = [str(Decimal(repr(w)).scaleb(3)) for w, _ in glass.coefficients]
+        wavelengths = [str(Decimal(repr(w)).scaleb(3)) for w, _ in glass.coefficients]
         indices = [repr(n) for _, n in glass.coefficients]
-        lines += ["PRV", _cut("PWL", places), _cut(f"'{name}'", indices), "END"]
+        lines += ["PRV", _cut("PWL", wavelengths), _cut(f"'{name}'", indices), "END"]
     return lines
 
 

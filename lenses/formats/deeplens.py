@@ -79,7 +79,7 @@ def _fill(design: Design, row: Row, data: dict[str, Any], index: int) -> None:
         raise RowError(f"the type {kind[:30] or 'is missing, or'} is not traced: it must be one of "
                        f"{', '.join((*STOPS, *SHAPES))}")
     check_keys(data, READ_OF_SURFACES | HARMLESS_OF_SURFACES | {
-        key for key, found in data.items() if key[:1] == "(" or TERM.fullmatch(key) or UNMOVED.get(key) == found})
+        key for key, entry in data.items() if key[:1] == "(" or TERM.fullmatch(key) or UNMOVED.get(key) == entry})
     row.is_stop = kind in STOPS
     row.semi_diameter = value(data, "r")
     if flag(data, "is_square"):
@@ -91,7 +91,7 @@ def _fill(design: Design, row: Row, data: dict[str, Any], index: int) -> None:
         row.conic = value(data, "k", 0.0)
         first = 4 if "use_ai2" in data and not flag(data, "use_ai2") else 2
         terms = {first + 2 * i: number(a, f"ai[{i}]") for i, a in enumerate(items(data.get("ai")))} or {
-            int(found[1]): number(a, key) for key, a in data.items() if (found := TERM.fullmatch(key))}
+            int(entry[1]): number(a, key) for key, a in data.items() if (entry := TERM.fullmatch(key))}
         row.aspheric = {power: a for power, a in terms.items() if a}
         if max(row.aspheric, default=0) > 20:
             raise RowError(f"a term in r^{max(row.aspheric)} is not traced: powers go to 20")
@@ -102,8 +102,8 @@ def _medium(design: Design, data: dict[str, Any]) -> Glass:
     name = text_value(data, "mat2")
     if not name:
         raise RowError("mat2, the medium behind it, is missing")
-    if found := MODEL.fullmatch(name):
-        return media.model(number(found[1], "n_d"), number(found[2], "V_d"))
+    if numbers := MODEL.fullmatch(name):
+        return media.model(number(numbers[1], "n_d"), number(numbers[2], "V_d"))
     if name.lower() in AIRS:
         return AIR
     return media.glass_in(design, name)

@@ -149,7 +149,7 @@ def _stations(rows: list[Row], data: dict[str, Any]) -> list[Station]:
     if f_numbers and len(f_numbers) != max(len(settings), 1):
         raise RowError(f"f_numbers has {len(f_numbers)} values for {max(len(settings), 1)} zoom settings")
     close = 1000.0 * value(data, "close_focus_m", 0.0)
-    found = []
+    stations = []
     for zoom in range(max(len(settings), 1)):
         for focus in range(2 if close > 0.0 else 1):
             station = Station({row: _gap(values, zoom if settings else None, focus) for row, values in gaps},
@@ -157,8 +157,8 @@ def _stations(rows: list[Row], data: dict[str, Any]) -> list[Station]:
                               f_number=f_numbers[zoom] if f_numbers else None)
             if focus:
                 station.distance = close - sum(station.gaps.get(i, rows[i].thickness) for i in range(1, len(rows) - 1))
-            found.append(station)
-    return found
+            stations.append(station)
+    return stations
 
 
 def _gap(values: Sequence[Any], zoom: int | None, focus: int) -> float:

@@ -156,11 +156,11 @@ def _configurations(design: Design, editor: dict[str, Any]) -> None:
         for k, column in enumerate(columns, start=1):
             if i >= len(column):
                 raise RowError(f"configuration {k} has {len(column)} values for {len(operands)} operands")
-            found = number(column[i], "a value of a configuration", infinite=True)
+            setting = number(column[i], "a value of a configuration", infinite=True)
             if kind.lower().startswith("thi"):
-                listed.put("gap", surface, k, found)
+                listed.put("gap", surface, k, setting)
             else:
-                listed.differs(kind[:30], str(found))
+                listed.differs(kind[:30], str(setting))
     listed.check()
     design.findings += listed.findings()
     distance = design.rows[0].thickness if design.rows else inf

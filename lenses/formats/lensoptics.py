@@ -38,8 +38,8 @@ def read(text: str, path: str) -> Lens:
     scale, gaps = 1.0, dict[int, list[float]]()
     for line, content in enumerate(text.split("\n"), start=1):
         with located(path, line, f"surface {len(design.rows) - 1}: "):
-            if found := re.match(r"\s*#!scale\s+(\S+)", content):
-                scale = file_number(found[1], "#!scale")
+            if scaling := re.match(r"\s*#!scale\s+(\S+)", content):
+                scale = file_number(scaling[1], "#!scale")
                 continue
             if content.lstrip().startswith("#!"):
                 raise RowError(not_understood(content.split()[0]))
@@ -94,9 +94,9 @@ def _row(design: Design, line: int, content: str, scale: float) -> tuple[Row, li
     if abs(radius) < LARGEST_PLANE and not row.is_stop:
         c = file_curvature(words[0]) / scale
         row.curvature, row.curvature_x = (0.0, c) if is_cylinder else (c, None)
-    found = re.fullmatch(r"aspheric\s*=\s*(.*)", options.strip())
-    if found:
-        numbers = [file_number(word.strip(), "#!aspheric") for word in found[1].split(",")]
+    terms = re.fullmatch(r"aspheric\s*=\s*(.*)", options.strip())
+    if terms:
+        numbers = [file_number(word.strip(), "#!aspheric") for word in terms[1].split(",")]
         row.conic = numbers[0]
         row.aspheric = {4 + 2 * i: a * scale ** (-3 - 2 * i) for i, a in enumerate(numbers[1:]) if a}
         if len(numbers) > 5:

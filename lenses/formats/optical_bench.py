@@ -165,18 +165,18 @@ KNOWN = ("descriptive data", "constants", "variable distances", "lens data", "as
 
 def _sections(text: str, path: str) -> dict[str, list[tuple[int, list[str]]]]:
     """Lines of each section with their numbers, split at tabs."""
-    found: dict[str, list[tuple[int, list[str]]]] = {}
+    sections: dict[str, list[tuple[int, list[str]]]] = {}
     section: list[tuple[int, list[str]]] | None = None
     for line, content in enumerate(text.split("\n"), start=1):
         heading = re.fullmatch(r"\s*\[([^\]]*)\]\s*", content)
         if heading:
-            section = found.setdefault(heading[1].strip().lower(), [])
+            section = sections.setdefault(heading[1].strip().lower(), [])
         elif content.strip():
             if section is None:
                 raise LensFileError(path, line, "a line before the first section: an Optical Bench file begins with "
                                                 "[descriptive data]")
             section.append((line, content.split("\t")))
-    return found
+    return sections
 
 
 def _first(distances: dict[Any, Any], name: str) -> tuple[int, str] | None:
@@ -186,8 +186,8 @@ def _first(distances: dict[Any, Any], name: str) -> tuple[int, str] | None:
 
 
 def _stated(distances: dict[Any, Any], name: str, path: str) -> float | None:
-    place = _first(distances, name)
-    return _number(path, *place, name) if place and is_number(place[1]) else None
+    entry = _first(distances, name)
+    return _number(path, *entry, name) if entry and is_number(entry[1]) else None
 
 
 def _number(path: str, line: int, text: str, name: str, infinite: bool = False) -> float:
@@ -206,16 +206,16 @@ def _row(design: Design, line: int, cells: list[str], distances: dict[Any, Any])
     if is_number(thickness) or thickness.lower().lstrip("+-").startswith("inf"):
         row.thickness = file_number(thickness, "thickness", infinite=True)
     else:
-        place = _first(distances, thickness)
-        if place is not None:
-            row.thickness = _number(design.path, *place, thickness, infinite=True)
+        entry = _first(distances, thickness)
+        if entry is not None:
+            row.thickness = _number(design.path, *entry, thickness, infinite=True)
         elif thickness.lower() != "bf":
             raise RowError(f"thickness {excerpt(thickness)} is neither a number nor one of the [variable distances]")
         if thickness.lower() == "bf" and isinf(row.thickness):
             row.thickness = 0.0
     if diameter:
-        place = _first(distances, diameter)
-        size = file_number(diameter, "diameter") if place is None else _number(design.path, *place, diameter)
+        entry = _first(distances, diameter)
+        size = file_number(diameter, "diameter") if entry is None else _number(design.path, *entry, diameter)
         if size < 0.0:
             raise RowError(f"diameter is {significant(size)}: it must be positive")
         row.semi_diameter = size / 2.0 or None

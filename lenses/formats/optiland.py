@@ -74,13 +74,13 @@ def read(text: str, path: str) -> Lens:
         _check(data, "")
     lines = item_lines(text, "surfaces")
     design = Design(path, name=text_value(data, "name"))
-    places: list[Decimal] = []
+    vertices: list[Decimal] = []
     for i, surface in enumerate(surfaces):
         with design.row(i, lines) as row:
             if not isinstance(surface, dict):
                 raise RowError("a surface must be an object in braces")
-            places.append(_fill(design, row, surface, i, i in (0, len(surfaces) - 1)))
-    for row, z, after in zip(design.rows, places, places[1:], strict=False):
+            vertices.append(_fill(design, row, surface, i, i in (0, len(surfaces) - 1)))
+    for row, z, after in zip(design.rows, vertices, vertices[1:], strict=False):
         row.thickness = float(EXACT.subtract(after, z)) if z.is_finite() and after.is_finite() else inf
     with located(path, None):
         _system(design, data)
@@ -96,22 +96,22 @@ def _check(data: dict[str, Any], name: str) -> None:
 def _solves(design: Design, data: dict[str, Any]) -> None:
     """Keep the pickups and solves, whose values the file states, for a check."""
     last = len(design.rows) - 2
-    for each in map(table, items(data.get("pickups"))):
-        kind = text_value(each, "attr_type")
-        row, source = (int(value(each, f"{side}_surface_idx", -1.0)) for side in ("target", "source"))
-        factor, offset = value(each, "scale", 1.0), value(each, "offset", 0.0)
+    for entry in map(table, items(data.get("pickups"))):
+        kind = text_value(entry, "attr_type")
+        row, source = (int(value(entry, f"{side}_surface_idx", -1.0)) for side in ("target", "source"))
+        factor, offset = value(entry, "scale", 1.0), value(entry, "offset", 0.0)
         known = kind in ("thickness", "conic") or (kind == "radius" and factor and not offset)
         if 0 < row <= last and 0 <= source <= last:
             quantity = "curvature" if kind == "radius" else kind if known else "thickness"
             design.checked.append(RowSolve(
                 row, quantity, "pickup" if known else "other", offset, f"pickup of {kind[:30]}", source,
                 1.0 / factor if kind == "radius" and known else factor))
-    for each in map(table, items(table(data, "solves").get("solves"))):
-        kind = text_value(each, "type")
+    for entry in map(table, items(table(data, "solves").get("solves"))):
+        kind = text_value(entry, "type")
         quantity, rule, shift = next((SOLVES[name] for name in SOLVES if kind.startswith(name)), OTHER)
-        row = int(value(each, "surface_idx", last + 1.0)) + shift
+        row = int(value(entry, "surface_idx", last + 1.0)) + shift
         if 0 < row <= last:
-            design.checked.append(RowSolve(row, quantity, rule, value(each, "height", value(each, "angle", 0.0)),
+            design.checked.append(RowSolve(row, quantity, rule, value(entry, "height", value(entry, "angle", 0.0)),
                                            kind[:40] or "solve"))
 
 
@@ -127,7 +127,7 @@ def _system(design: Design, data: dict[str, Any]) -> None:
     elif aperture:
         design.found(Kind.LEFT_OUT, f"the aperture {excerpt(aperture.get('type'), 40)} is left out",
                      severity=Severity.WARNING)
-    if any(flag(table(data, place), key) for place in ("aperture", "fields") for key in TELECENTRIC):
+    if any(flag(table(data, section), key) for section in ("aperture", "fields") for key in TELECENTRIC):
         design.found(Kind.LEFT_OUT, "telecentric in the object's space: left out")
     fields = table(data, "fields")
     points = [table(point) for point in items(fields.get("fields"))]
@@ -176,8 +176,8 @@ def _fill(design: Design, row: Row, surface: dict[str, Any], index: int, is_end:
         effect = str(interaction.get("type") or interaction.get("interaction_type") or "")
         if "araxial" in kind or "iffract" in kind or effect not in PLAIN_INTERACTION:
             raise RowError(f"{kind} {effect} is not traced".replace("  ", " "))
-        for name, part in (("surface", surface), ("cs", frame), ("interaction_model", interaction)):
-            _check(part, name)
+        for name, entry in (("surface", surface), ("cs", frame), ("interaction_model", interaction)):
+            _check(entry, name)
         _shape(row, geometry)
         row.is_stop = flag(surface, "is_stop")
         aperture = surface.get("aperture")
@@ -241,7 +241,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     """Text of an Optiland .json file, and findings about what it cannot hold, other than shapes."""
     remarks: list[Finding] = []
     air = _material(AIR)
-    place, before = Decimal(0), air
+    vertex, before = Decimal(0), air
     system = written_system(lens, [], lambda kind, distance: kind in APERTURES.values())
     remarks += system.findings
     distance = system.data.object_distances[0]
@@ -251,10 +251,10 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     for i, s in enumerate(lens.surfaces):
         after = _material(s.glass)
         remarks += media.glass_loss(s.glass, i, with_maker=True)
-        surfaces.append(_surface(_geometry(s, place), before, after, s.thickness, i == lens.stop_index) | {
+        surfaces.append(_surface(_geometry(s, vertex), before, after, s.thickness, i == lens.stop_index) | {
             "aperture": {"type": "RadialAperture", "r_max": s.semi_diameter, "r_min": 0.0}})
-        place, before = EXACT.add(place, exact(s.thickness)), after
-    image = {"type": "Plane", "cs": _frame(place), "radius": inf}
+        vertex, before = EXACT.add(vertex, exact(s.thickness)), after
+    image = {"type": "Plane", "cs": _frame(vertex), "radius": inf}
     surfaces.append(_surface(image, before, before, 0.0, False))
     data = {
         "version": 1.0, "name": lens.name, **_system_data(system, 2.0 * lens.stop.semi_diameter, remarks),
@@ -299,14 +299,14 @@ def _frame(z: float | Decimal) -> dict[str, Any]:
     return {"x": 0.0, "y": 0.0, "z": z, "rx": 0.0, "ry": 0.0, "rz": 0.0, "reference_cs": None}
 
 
-def _geometry(s: Surface, place: Decimal) -> dict[str, Any]:
+def _geometry(s: Surface, vertex: Decimal) -> dict[str, Any]:
     """Geometry of a surface; its radius has the digits that restore the curvature."""
     radius = Decimal(radius_text(s.curvature))
     if s.curvature_x is not None:
-        return {"type": "BiconicGeometry", "cs": _frame(place), "radius_x": Decimal(radius_text(s.curvature_x)),
+        return {"type": "BiconicGeometry", "cs": _frame(vertex), "radius_x": Decimal(radius_text(s.curvature_x)),
                 "radius_y": radius, "conic_x": 0.0, "conic_y": 0.0}
     terms = dict(s.aspheric)
-    plain = {"cs": _frame(place), "radius": radius, "conic": s.conic}
+    plain = {"cs": _frame(vertex), "radius": radius, "conic": s.conic}
     if not terms:
         return {"type": "StandardGeometry", **plain}
     step = 1 if any(power % 2 for power in terms) else 2

@@ -144,7 +144,7 @@ def _place_aperture(design: Design, stop: int) -> None:
     if aperture.kind is ApertureKind.F_NUMBER:
         design.state_aperture(f_number_kind(distance), size)
     elif aperture.kind is ApertureKind.PUPIL_DIAMETER and any(
-            abs(place) < FAR for place in (distance, *(station.distance for station in design.stations))):
+            abs(length) < FAR for length in (distance, *(station.distance for station in design.stations))):
         wavelength = reference_wavelength(surfaces, design.system)
         for station in design.stations:
             moved = {row - 1: gap for row, gap in station.gaps.items() if 0 < row <= len(surfaces)}
@@ -159,8 +159,8 @@ def _place_aperture(design: Design, stop: int) -> None:
 def beam_share(surfaces: Sequence[Any], stop: int, distance: float, wavelength: float) -> float:
     """Height of the axial ray at the first surface over its height in the entrance pupil; 1 where there is none."""
     try:
-        place = ray(surfaces, 0.0, 1.0, wavelength)[0][stop] / ray(surfaces, 1.0, 0.0, wavelength)[0][stop]
-        share = abs(distance / (distance + place)) if abs(distance) < FAR else 1.0
+        pupil = ray(surfaces, 0.0, 1.0, wavelength)[0][stop] / ray(surfaces, 1.0, 0.0, wavelength)[0][stop]
+        share = abs(distance / (distance + pupil)) if abs(distance) < FAR else 1.0
     except ArithmeticError:
         return 1.0
     return share if 0.0 < share < inf else 1.0
@@ -168,19 +168,19 @@ def beam_share(surfaces: Sequence[Any], stop: int, distance: float, wavelength: 
 
 def _commands(text: str) -> list[tuple[int, list[str]]]:
     """The words of each command, quoted texts whole without their quotes, and its line."""
-    found = []
+    commands = []
     for line, content in enumerate(text.split("\n"), start=1):
         words: list[str] = []
         for token in re.findall(r'"(?:\\.|[^"\\])*"|//|;|(?:(?!//)[^\s;"])+|"', content):
             if token == "//":
                 break
             if token == ";":
-                found += [(line, words)] if words else []
+                commands += [(line, words)] if words else []
                 words = []
             else:
                 words.append(re.sub(r"\\(.)", r"\1", token[1:-1]) if token[:1] == '"' and len(token) > 1 else token)
-        found += [(line, words)] if words else []
-    return [(line, [words[0].upper(), *words[1:]]) for line, words in found]
+        commands += [(line, words)] if words else []
+    return [(line, [words[0].upper(), *words[1:]]) for line, words in commands]
 
 
 class _File:
@@ -280,14 +280,14 @@ class _File:
     def spectrum(self, key: str, numbers: list[float]) -> None:
         """Store wavelengths (WV) or weights (WW): all, or the one with the number in the keyword."""
         stored = self.wavelengths if key.startswith("WV") else self.weights
-        place = int(key[2:] or 0) - 1
-        if place < 0:
+        index = int(key[2:] or 0) - 1
+        if index < 0:
             stored[:] = numbers
-        elif len(numbers) != 1 or place > max(len(self.wavelengths), len(stored)):
+        elif len(numbers) != 1 or index > max(len(self.wavelengths), len(stored)):
             raise RowError("one value is needed, of a wavelength that exists or is the next one")
         else:
-            stored += [1.0] * (place + 1 - len(stored))
-            stored[place] = numbers[0]
+            stored += [1.0] * (index + 1 - len(stored))
+            stored[index] = numbers[0]
 
     def unsolve(self, index: int, quantity: str) -> None:
         """A value replaces the solve of a quantity."""

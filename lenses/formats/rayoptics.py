@@ -77,9 +77,9 @@ def read(text: str, path: str) -> Lens:
     if not surfaces:
         raise LensFileError(path, None, "there is no seq_model with ifcs: this is no rayoptics lens")
     with located(path, None):
-        for name, part in (("optical_model", model), ("seq_model", sequence), (
+        for name, entry in (("optical_model", model), ("seq_model", sequence), (
                 "system_spec", table(model, "system_spec")), ("optical_spec", table(model, "optical_spec"))):
-            _check(part, name)
+            _check(entry, name)
     system = table(model, "system_spec")
     design = Design(path, name=text_value(system, "title"))
     dimensions = (text_value(system, "_dimensions") or text_value(system, "dimensions") or "mm").lower()

@@ -59,13 +59,13 @@ class Format:
         """
         assert self.write is not None, f"{self.name} files are only read"
         text, remarks = self.write(lens)
-        found = [*lost_shapes(lens, self.shapes, self.instead), *remarks, *lost_system(lens.system, self.system)]
+        findings = [*lost_shapes(lens, self.shapes, self.instead), *remarks, *lost_system(lens.system, self.system)]
         if not self.has_poses:
-            found += lost_poses(lens)
+            findings += lost_poses(lens)
         if lens.positions is not None and not self.has_positions:
-            found.append(note(Kind.POSITION, "its zoom and focus positions are left out: the lens is written in the "
-                                             "present one"))
-        return text, tuple(dict.fromkeys(found))
+            findings.append(note(Kind.POSITION, "its zoom and focus positions are left out: the lens is written in the "
+                                                "present one"))
+        return text, tuple(dict.fromkeys(findings))
 
 
 FORMATS = (

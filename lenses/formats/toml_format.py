@@ -87,8 +87,8 @@ def read(text: str, path: str, folder: Path | None = None) -> Lens:
     try:
         lens = Lens(tuple(surfaces), stop_index, **toml_header.fields(header), findings=(*findings, *_rules(data)))
     except LensError as error:          # a pivot that is no surface
-        outside = next((i for i, each in enumerate(surfaces) if each.pose is not None
-                        and not 0 <= i - each.pose.pivot < len(surfaces)), None)
+        outside = next((i for i, surface in enumerate(surfaces) if surface.pose is not None
+                        and not 0 <= i - surface.pose.pivot < len(surfaces)), None)
         raise LensFileError(path, _entry_line(text, "pose", str(outside)), str(error)) from None
     if "front_index" in header:
         with located(path, line_of(text, "front_index")):
@@ -208,7 +208,7 @@ def _pose(value: object) -> SurfacePose:
     if not isinstance(value, dict) or not value.keys() <= {*POSE, *(f"{name}_deg" for name in ANGLES)}:
         raise RowError(f"a pose is written {{ decentre_y = 0.5, tilt_x_deg = 2.0 }}, of {', '.join(POSE)}; angles "
                        f"in degrees are {', '.join(f'{name}_deg' for name in ANGLES)}")
-    numbers: dict[str, Any] = {name: number(each, name) for name, each in value.items()}
+    numbers: dict[str, Any] = {name: number(component, name) for name, component in value.items()}
     for name in ANGLES:
         if f"{name}_deg" in numbers:
             if name in numbers:

@@ -74,8 +74,8 @@ def parse(text: str, path: str) -> dict[str, Any]:
     except RecursionError:
         raise LensFileError(path, None, "its brackets are nested too deep") from None
     except (ValueError, ArithmeticError) as error:
-        place = re.search(r"\(at line (\d+), column \d+\)", str(error))
-        line = int(place[1]) if place else text.count("\n") + 1 if "end of document" in str(error) else None
+        match = re.search(r"\(at line (\d+), column \d+\)", str(error))
+        line = int(match[1]) if match else text.count("\n") + 1 if "end of document" in str(error) else None
         reason = re.sub(r"\s*\(at [^)]*\)", "", str(error)) or "a number that cannot be read"
         if "end of document" in str(error):
             reason = f"the file breaks off ({reason})"
@@ -137,8 +137,8 @@ def fields(header: Mapping[str, Any]) -> dict[str, Any]:
 
 def line_of(text: str, key: str) -> int | None:
     """Line of a key of the header."""
-    found = re.search(rf"(?m)^\s*\[*\s*[\"']?{re.escape(key)}\b", text)
-    return text.count("\n", 0, found.end()) + 1 if found else None
+    match = re.search(rf"(?m)^\s*\[*\s*[\"']?{re.escape(key)}\b", text)
+    return text.count("\n", 0, match.end()) + 1 if match else None
 
 
 def lines(lens: "Lens") -> list[str]:

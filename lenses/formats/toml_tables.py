@@ -181,11 +181,11 @@ def system_lines(system: SystemData) -> list[str]:
 
 
 def _field_text(point: FieldPoint) -> str:
-    parts = [f"x = {digits(point.x)}"] if point.x else []
-    parts.append(f"y = {digits(point.y)}")
-    parts += [f"weight = {digits(point.weight)}"] if point.weight != 1.0 else []
-    parts += [f"vignetting = {listed(point.vignetting)}"] if point.vignetting != DARK else []
-    return f"{{ {', '.join(parts)} }}"
+    entries = [f"x = {digits(point.x)}"] if point.x else []
+    entries.append(f"y = {digits(point.y)}")
+    entries += [f"weight = {digits(point.weight)}"] if point.weight != 1.0 else []
+    entries += [f"vignetting = {listed(point.vignetting)}"] if point.vignetting != DARK else []
+    return f"{{ {', '.join(entries)} }}"
 
 
 # Zoom and focus positions

@@ -101,10 +101,10 @@ class _Block:
         """Those of a keyword; none where it is missing."""
         return self.entries.get(key, (0, []))[1]
 
-    def value(self, key: str, place: int = 0, infinite: bool = False) -> float:
-        """The number at this place of a keyword. LensFileError: missing or invalid."""
+    def value(self, key: str, column: int = 0, infinite: bool = False) -> float:
+        """The number at this index among the words of a keyword. LensFileError: missing or invalid."""
         line, words = self.entries[key]
-        return number_in(self.path, line, key, words, place, infinite)
+        return number_in(self.path, line, key, words, column, infinite)
 
     def parameter(self, n: int) -> float:
         """PARM n; 0 where it is missing."""
@@ -261,12 +261,12 @@ def _keep_solves(design: Design, block: _Block, blocks: list[_Block], row_of: di
     words = block.words("CURV")
     if len(words) > 1 and words[1] not in FREE:
         rules = {"2": ("axial slope", 2, None, None), "3": ("chief slope", 2, None, None), "4": ("pickup", 4, 2, 3)}
-        rule, *places = rules.get(words[1], ("other", None, None, None))
-        _keep(design, row, "curvature", rule, "CURV", block.entries["CURV"], places, row_of)
-    for key, (quantity, rule, *places) in SOLVES.items():
+        rule, *columns = rules.get(words[1], ("other", None, None, None))
+        _keep(design, row, "curvature", rule, "CURV", block.entries["CURV"], columns, row_of)
+    for key, (quantity, rule, *columns) in SOLVES.items():
         if key in block.entries:
             zone = len(block.words(key)) > 1 and key == "MAZH" and block.value(key, 1)      # of a real ray
-            _keep(design, row, quantity, "other" if zone else rule, key, block.entries[key], places, row_of)
+            _keep(design, row, quantity, "other" if zone else rule, key, block.entries[key], columns, row_of)
     words = block.words("GLAS")
     if words[1:2] == ["2"] and len(words) > 2:
         source = int(min(abs(block.value("GLAS", 2)), 1e6))
@@ -277,16 +277,16 @@ def _keep_solves(design: Design, block: _Block, blocks: list[_Block], row_of: di
 
 
 def _keep(design: Design, row: int, quantity: str, rule: str, key: str, entry: tuple[int | None, list[str]],
-          places: Sequence[int | None], row_of: dict[int, int]) -> None:
-    """Keep one solve; places: of its value, source and factor among the words."""
+          columns: Sequence[int | None], row_of: dict[int, int]) -> None:
+    """Keep one solve; columns: of its value, source and factor among the words."""
     line, words = entry
 
-    def at(place: int | None, default: float) -> float:
-        return default if place is None or place >= len(words) else number_in(design.path, line, key, words, place)
+    def at(column: int | None, default: float) -> float:
+        return default if column is None or column >= len(words) else number_in(design.path, line, key, words, column)
 
-    source = row_of.get(int(min(max(at(places[1], 0.0), -1.0), 1e6))) if places[1] is not None else 0
-    design.checked.append(RowSolve(row, quantity, rule if source is not None else "other", at(places[0], 0.0), key,
-                                   source or 0, at(places[2], 1.0)))
+    source = row_of.get(int(min(max(at(columns[1], 0.0), -1.0), 1e6))) if columns[1] is not None else 0
+    design.checked.append(RowSolve(row, quantity, rule if source is not None else "other", at(columns[0], 0.0), key,
+                                   source or 0, at(columns[2], 1.0)))
 
 
 def _read_header(design: Design, file: _File) -> None:
@@ -343,8 +343,8 @@ def _row(design: Design, block: _Block, is_image: bool, catalogues: list[str]) -
     row.curvature, row.thickness, row.conic = (
         block.value(key, infinite=key == "DISZ") if block.words(key) else 0.0 for key in ("CURV", "DISZ", "CONI"))
     row.is_stop = "STOP" in entries
-    for key, place in (("DIAM", 0), ("CLAP", 1)):
-        if len(block.words(key)) > place and (size := block.value(key, place)) > 0.0:
+    for key, column in (("DIAM", 0), ("CLAP", 1)):
+        if len(block.words(key)) > column and (size := block.value(key, column)) > 0.0:
             row.semi_diameter = size
     if "COAT" in entries:
         design.found(Kind.LEFT_OUT, "coatings (COAT) are left out")
@@ -352,7 +352,7 @@ def _row(design: Design, block: _Block, is_image: bool, catalogues: list[str]) -
         if key in entries and not is_image and (key != "CLAP" or block.words(key) and block.value(key) > 0.0):
             design.found(Kind.LEFT_OUT, f"SURF {index}: {what} ({key}) is left out, its circle is used",
                          len(design.rows) - 1)
-    if any(block.value("SCBD", place) for place in range(3, len(block.words("SCBD")))):
+    if any(block.value("SCBD", column) for column in range(3, len(block.words("SCBD")))):
         raise LensFileError(path, entries["SCBD"][0], f"SURF {index}: a tilt or decentre among the properties of a "
                                                       "surface (SCBD) is not read: give it as coordinate breaks")
     for key in entries:
@@ -409,19 +409,20 @@ def _extra_data(design: Design, kind: str, step: int, values: Values) -> Values:
 
     Where only the first twelve are given, they are read as those of the plain asphere. RowError: both PARM and XDAT.
     """
-    given = {index: value for (key, index), value in values.items() if key == "PARM" and value}
-    if not given:
+    parameters = {index: value for (key, index), value in values.items() if key == "PARM" and value}
+    if not parameters:
         return values
     index = len(design.rows) - 1
     if any(key == "XDAT" for key, _ in values):
-        raise RowError(not_understood(f"PARM {min(given)} together with XDAT"))
-    if min(given) > 12:
+        raise RowError(not_understood(f"PARM {min(parameters)} together with XDAT"))
+    if min(parameters) > 12:
         design.found(Kind.CONVENTION, f"surface {index}: {kind} has its coefficients as PARM 13, 14 …, which are read "
                                       "as XDAT 1, 2 …", index)
-        return {("XDAT", number - 12): value for number, value in given.items()}
+        return {("XDAT", number - 12): value for number, value in parameters.items()}
     design.found(Kind.CONVENTION, f"surface {index}: {kind} has no XDAT: its PARM n is read as the coefficient of r^"
                                   f"{'2n' if step == 2 else 'n'}", index, severity=Severity.WARNING)
-    return {("XDAT", 1): float(max(given)), **{("XDAT", number + 2): value for number, value in given.items()}}
+    return {("XDAT", 1): float(max(parameters)),
+            **{("XDAT", number + 2): value for number, value in parameters.items()}}
 
 
 def _glass(design: Design, block: _Block, catalogues: list[str]) -> Glass:
@@ -430,7 +431,7 @@ def _glass(design: Design, block: _Block, catalogues: list[str]) -> Glass:
     name, flag = words[0], words[1] if len(words) > 1 else "0"
     if name.upper() == "MIRROR":
         raise LensFileError(design.path, line, f"SURF {index} is a mirror (GLAS MIRROR): only lenses are traced")
-    n_d, v_d = (block.value("GLAS", place) if len(words) > place else 0.0 for place in (3, 4))
+    n_d, v_d = (block.value("GLAS", column) if len(words) > column else 0.0 for column in (3, 4))
     shown = "" if name.startswith("___") else name
     if not shown and comment.startswith(GLASS_COMMENT):
         shown = comment.removeprefix(GLASS_COMMENT)

@@ -34,13 +34,13 @@ KEYS = frozenset((*APERTURES, *(key for keys in FIELD_KEYS.values() for key in k
 Header = dict[str, tuple[int, list[str]]]
 
 
-def number_in(path: str, line: int | None, key: str, words: Sequence[str], place: int,
+def number_in(path: str, line: int | None, key: str, words: Sequence[str], column: int,
               infinite: bool = False) -> float:
-    """Number of a keyword at this place of its words. LensFileError: missing or invalid."""
+    """Number of a keyword at this index of its words. LensFileError: missing or invalid."""
     with located(path, line):
-        if place >= len(words):
+        if column >= len(words):
             raise RowError(f"{key} needs a value")
-        return file_number(words[place], key, infinite=infinite)
+        return file_number(words[column], key, infinite=infinite)
 
 
 def read(design: Design, header: Header) -> None:
@@ -99,7 +99,7 @@ def _read_wavelengths(design: Design, header: Header, count: int | None) -> None
     values = [float(w) for w in _numbers(design.path, header, "WAVL", "WAVN")]
     weights = [float(w) for w in _numbers(design.path, header, "WWGT", "WWGN")]
     pairs = [(w, weights[i] if i < len(weights) else 1.0) for i, w in enumerate(values)]
-    listed = sorted((int(key[5:]), place) for key, place in header.items()
+    listed = sorted((int(key[5:]), column) for key, column in header.items()
                     if key.startswith("WAVM ") and key[5:].isdecimal() and len(key) < 12)
     if listed:
         pairs = [(number_in(design.path, line, "WAVM", words, 1),

@@ -90,8 +90,8 @@ def _moved_sideways(lens: Lens, stations: list[Station]) -> int | None:
     if lens.is_centred:
         return None
     firsts = [i for i in range(len(lens.surfaces)) if (moved := body(lens, i)) and moved[0] == i]
-    return next((i for each in _placed(lens, stations) for i in firsts
-                 if np.abs(each.vertex(i) - lens.vertex(i))[:2].max() > ROUNDING), None)
+    return next((i for placement in _placed(lens, stations) for i in firsts
+                 if np.abs(placement.vertex(i) - lens.vertex(i))[:2].max() > ROUNDING), None)
 
 
 def _ways(lens: Lens) -> tuple[dict[int, float], list[int]]:
@@ -131,13 +131,13 @@ def _configuration_lines(lens: Lens, stations: list[Station], aperture: Aperture
 def _along_axes(lens: Lens, stations: list[Station], rows: list[Row], number_of: list[int]) -> list[Row]:
     """The rows of the configurations by the numbers of the file, with all ways along its axes that vary."""
     placed = _placed(lens, stations)
-    ways, leads = [_ways(each)[0] for each in placed], [lead(each, 0) for each in placed]
-    found = [row for row in rows if row[0] == "aperture"]
-    found += [("gap", k, values) for k in ways[0]
-              if np.ptp(values := [each[k] for each in ways]) > ROUNDING]
-    found += [("gap", 0, [value + ahead for value, ahead in zip(values, leads, strict=True)])
-              for quantity, i, values in rows if quantity == "gap" and i == 0]
-    return found + [("stop", number_of[i - 1], values) for quantity, i, values in rows if quantity == "stop"]
+    ways, leads = [_ways(placement)[0] for placement in placed], [lead(placement, 0) for placement in placed]
+    rows_on_axes = [row for row in rows if row[0] == "aperture"]
+    rows_on_axes += [("gap", k, values) for k in ways[0]
+                     if np.ptp(values := [placement[k] for placement in ways]) > ROUNDING]
+    rows_on_axes += [("gap", 0, [value + ahead for value, ahead in zip(values, leads, strict=True)])
+                     for quantity, i, values in rows if quantity == "gap" and i == 0]
+    return rows_on_axes + [("stop", number_of[i - 1], values) for quantity, i, values in rows if quantity == "stop"]
 
 
 def _break_lines(vertex: np.ndarray, rotation: np.ndarray, distance: float, back: bool = False) -> list[str]:

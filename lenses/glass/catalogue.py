@@ -184,31 +184,31 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
     maker: preferred if several makers use the name. UnknownGlass lists the nearest names if there is none.
     """
     known = _known()
-    glass, wanted = _maker_in(name, maker, known.makers)
+    glass, maker_name = _maker_in(name, maker, known.makers)
     table = known.table
     if same := table.get(key(glass)):
-        entry = _preferred(same, wanted, glass.strip())
+        entry = _preferred(same, maker_name, glass.strip())
         others = sorted({other.maker for other in same} - {entry.maker})
         note = ""
-        if wanted and entry.maker != wanted:
-            note = f"{wanted} makes no {entry.name}: that of {entry.maker} is used"
+        if maker_name and entry.maker != maker_name:
+            note = f"{maker_name} makes no {entry.name}: that of {entry.maker} is used"
             if entry.maker == "MISC":
-                note = f"no {entry.name} of {wanted} is known: that of the catalogue MISC is used"
-        elif not wanted and others and entry.maker in MAKERS:
+                note = f"no {entry.name} of {maker_name} is known: that of the catalogue MISC is used"
+        elif not maker_name and others and entry.maker in MAKERS:
             note = f"{entry.name} is made by {' and '.join((entry.maker, *others))}: that of {entry.maker} is used"
         return Resolved(entry.make(), entry.maker, "; ".join(filter(None, (note, entry.doubt))))
     if numbers := code_numbers(glass):
-        entry = _by_code(*numbers, wanted)
+        entry = _by_code(*numbers, maker_name)
         return Resolved(entry.make(), entry.maker, f"code {glass.strip()} is read as {entry}")
     if MOULDED.search(glass):
-        unmoulded = resolve(MOULDED.sub("", glass), wanted)
+        unmoulded = resolve(MOULDED.sub("", glass), maker_name)
         return unmoulded._replace(note=f"{glass.strip()}, a moulded glass, is read as unmoulded "
                                        f"{unmoulded.maker} {unmoulded.glass.name}, n_d "
                                        f"{fixed(unmoulded.glass.n_d, 5)}: {MOULDING}")
     for former, present in RENAMED.items():
         if glass.strip().upper().startswith(former) and (
                 same := table.get(key(present + glass.strip()[len(former):]))):
-            entry = _preferred(same, wanted, glass)
+            entry = _preferred(same, maker_name, glass)
             return Resolved(entry.make(), entry.maker,
                             f"{glass.strip()} is in no catalogue: {entry}, its current name, is used instead")
     bare = key(glass)
@@ -216,7 +216,7 @@ def resolve(name: str, maker: str | None = None) -> Resolved:
     if bare[:1] in PREFIXES and re.match(r"\s*\w-", glass):
         kinds += table.get(bare[1:], ())
     if kinds:
-        entry = _preferred(kinds, wanted, glass)
+        entry = _preferred(kinds, maker_name, glass)
         return Resolved(entry.make(), entry.maker, f"{glass.strip()} is in no catalogue: {entry} is used instead")
     raise UnknownGlass(_unknown(glass.strip(), known))
 
@@ -250,9 +250,9 @@ def lookup(name: str, maker: str | None = None) -> Glass | None:
 
 def _named(name: str, maker: str | None) -> Entry | None:
     known = _known()
-    glass, wanted = _maker_in(name, maker, known.makers)
+    glass, maker_name = _maker_in(name, maker, known.makers)
     same = known.table.get(key(glass))
-    return _preferred(same, wanted, glass.strip()) if same else None
+    return _preferred(same, maker_name, glass.strip()) if same else None
 
 
 def makers(name: str) -> list[str]:
@@ -294,9 +294,9 @@ def nearest(n_d: float, v_d: float, maker: str | None = None) -> Glass:
 
 
 def _nearest(n_d: float, v_d: float, maker: str | None) -> Entry:
-    wanted = maker and maker.upper()
+    maker_name = maker and maker.upper()
     known = [entry for entry in entries() if entry.n_d and entry.v_d]
-    own = [entry for entry in known if entry.maker == wanted]
+    own = [entry for entry in known if entry.maker == maker_name]
     return min(own or known, key=lambda entry: (distance(entry, n_d, v_d) + 0.2 * entry.obsolete, entry.rank))
 
 

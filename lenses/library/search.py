@@ -58,15 +58,15 @@ def searched(cards: Sequence[Card], text: str) -> tuple[Card, ...]:
     words = plain(text).split()
     if not words:
         return tuple(cards)
-    found = _ranked(cards, words)
-    if found:
-        return found
+    ranked = _ranked(cards, words)
+    if ranked:
+        return ranked
     known = sorted({word for card in cards for _, text in _texts(card)[:-2] for word in text.split()})
     return _ranked(cards, [_known(word, known) for word in words])
 
 
 def _known(word: str, known: Sequence[str]) -> str:
-    if any(word in each for each in known) or any(c.isdigit() for c in word):
+    if any(word in term for term in known) or any(c.isdigit() for c in word):
         return word
     return (get_close_matches(word, known, 1, ALIKE) or [word])[0]
 
@@ -77,7 +77,7 @@ def _ranked(cards: Sequence[Card], words: Sequence[str]) -> tuple[Card, ...]:
         scores = [_score(card, word) for word in words]
         if all(scores):
             scored.append((sum(scores), card))
-    return tuple(card for _, card in sorted(scored, key=lambda each: -each[0]))
+    return tuple(card for _, card in sorted(scored, key=lambda score: -score[0]))
 
 
 def _score(card: Card, word: str) -> float:
@@ -86,8 +86,8 @@ def _score(card: Card, word: str) -> float:
     for weight, text in _texts(card):
         if word in text:
             words = text.split()
-            place = WHOLE if word in words else AT_START if any(each.startswith(word) for each in words) else INSIDE
-            best = max(best, weight * place)
+            rank = WHOLE if word in words else AT_START if any(own.startswith(word) for own in words) else INSIDE
+            best = max(best, weight * rank)
     if best and not card.zooms and card.efl and re.fullmatch("[0-9]{1,4}", word) and (
             abs(card.efl - int(word)) <= NOMINAL * int(word)):
         best += PRIME                               # before zooms whose range ends there
@@ -151,8 +151,8 @@ def _named(what: str, asked: str, known: Sequence[str]) -> list[str]:
     there = sorted({name for name in known if name}, key=plain)
     text = plain(asked)
     for is_one in (lambda name: name == text, lambda name: f" {text}" in f" {name}", lambda name: text in name):
-        if text and (found := [name for name in there if is_one(plain(name))]):
-            return found
+        if text and (matches := [name for name in there if is_one(plain(name))]):
+            return matches
     near = get_close_matches(text, {plain(name): name for name in there}, 3, 0.6)
     hint = f"; did you mean {' or '.join(name for name in there if plain(name) in near)}?" if near else \
         f"; there are {', '.join(there)}"

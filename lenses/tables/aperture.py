@@ -205,7 +205,7 @@ def _beams(system: SystemData) -> list[tuple[float, float, float, float]]:
     """
     largest, is_angle = system.largest_field, system.field_kind is FieldKind.ANGLE
     sign = -1.0 if system.field_kind is FieldKind.OBJECT_HEIGHT else 1.0
-    found = []
+    beams = []
     for point in system.fields:
         size = hypot(point.x, point.y)
         share = 0.0
@@ -215,13 +215,13 @@ def _beams(system: SystemData) -> list[tuple[float, float, float, float]]:
         x, y = sign * point.x, sign * point.y
         across_x, across_y = (right, left) if x >= 0.0 else (left, right), (up, down) if y >= 0.0 else (down, up)
         if point.x == 0.0:
-            found.append((share, *across_y, max(across_x)))
+            beams.append((share, *across_y, max(across_x)))
         elif point.y == 0.0:
-            found.append((share, *across_x, max(across_y)))
+            beams.append((share, *across_x, max(across_y)))
         else:
             along, against = map(max, across_x, across_y)
-            found.append((share, along, against, max(along, against)))
-    return found
+            beams.append((share, along, against, max(along, against)))
+    return beams
 
 
 def _reach(y: float, y_bar: float, beam: tuple[float, float, float, float]) -> float:

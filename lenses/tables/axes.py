@@ -21,12 +21,12 @@ FARTHEST = 1e6          # units of the file: a decentre is known to a thousandth
 class AxesError(ValueError):
     """Axes that no lens with poses has; the message says which surface, and why.
 
-    place: the index of the surface; the number of surfaces for the image.
+    index: of the surface; the number of surfaces for the image.
     """
 
-    def __init__(self, place: int, message: str):
+    def __init__(self, index: int, message: str):
         super().__init__(message)
-        self.place = place
+        self.index = index
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,48 +82,48 @@ def angles(axes: np.ndarray) -> tuple[float, float, float]:
             atan2(-axes[0, 1], axes[0, 0]))
 
 
-def in_one_line(places: Sequence[Place], image: Place, round_: Sequence[bool]) -> tuple[
+def in_one_line(frames: Sequence[Place], image: Place, round_: Sequence[bool]) -> tuple[
         float, list[float], list[SurfacePose | None]]:
-    """Z of the first vertex on the axis, thicknesses and poses of surfaces at these places, the image behind them.
+    """Z of the first vertex on the axis, thicknesses and poses of surfaces in these frames, the image behind them.
 
     round_: whether each surface is rotationally symmetric, so that a roll changes nothing: it has the one of a cylinder
     or toroid of its body, else none. A body is a run of surfaces with one direction of the axis and one roll, each on
     the axis of the first: it pivots about the first vertex. AxesError for a tilted or decentred image, and tilts that
     no pose has.
     """
-    sizes = [float(np.abs(place.vertex).max()) for place in (*places, image)]
+    sizes = [float(np.abs(frame.vertex).max()) for frame in (*frames, image)]
     size, whole = max(1e-30, *sizes[:-1]), max(1e-30, *sizes)       # the image may lie at infinity
     if size > FARTHEST:
-        i = next(i for i, each in enumerate(sizes) if each > FARTHEST)
+        i = next(i for i, distance in enumerate(sizes) if distance > FARTHEST)
         raise AxesError(i, f"surface {i} stands {significant(sizes[i])} units of the file from the first: its decentre "
                            "is lost in the rounding of such a number")
     heights: list[float] = []
     poses: list[SurfacePose | None] = []
     body = -1                                           # first surface of the body
-    rolls = _rolls(places, round_, size)
-    for i, place in enumerate(places):
-        straight = np.abs(place.axes[:, 2] - [0.0, 0.0, 1.0]).max() < ROUNDING
-        centred = np.abs(place.vertex[:2]).max() < ROUNDING * size
+    rolls = _rolls(frames, round_, size)
+    for i, frame in enumerate(frames):
+        straight = np.abs(frame.axes[:, 2] - [0.0, 0.0, 1.0]).max() < ROUNDING
+        centred = np.abs(frame.vertex[:2]).max() < ROUNDING * size
         if straight and centred and not rolls[i]:
-            heights.append(float(place.vertex[2]))
+            heights.append(float(frame.vertex[2]))
             poses.append(None)
             body = -1
             continue
-        if body >= 0 and not (_on_axis(place, places[body], size) and rolls[i] == rolls[body]):
+        if body >= 0 and not (_on_axis(frame, frames[body], size) and rolls[i] == rolls[body]):
             body = -1
         body = i if body < 0 else body
-        on_axis = float((place.vertex - places[body].vertex) @ places[body].axes[:, 2])
-        origin = places[body].vertex
-        if not places[body].axes[2, 2] > 0.0:
+        on_axis = float((frame.vertex - frames[body].vertex) @ frames[body].axes[:, 2])
+        origin = frames[body].vertex
+        if not frames[body].axes[2, 2] > 0.0:
             raise AxesError(i, f"surface {i} is tilted by 90° or more")
         try:
-            poses.append(SurfacePose(float(origin[0]), float(origin[1]), *tilts_of(places[body].axes)[:2], i - body,
+            poses.append(SurfacePose(float(origin[0]), float(origin[1]), *tilts_of(frames[body].axes)[:2], i - body,
                                      rolls[i]))
         except PoseError as error:
             raise AxesError(i, f"surface {i}: {error}") from None
         heights.append(float(origin[2] + on_axis))
     if np.abs(image.axes[:, 2] - [0.0, 0.0, 1.0]).max() > ROUNDING or np.abs(image.vertex[:2]).max() > ROUNDING * whole:
-        raise AxesError(len(places), "the axis does not return to its line before the image: a tilted film is a "
+        raise AxesError(len(frames), "the axis does not return to its line before the image: a tilted film is a "
                                      "setting of the camera (lb.FilmPose), and not part of a lens")
     ends = [*heights[1:], float(image.vertex[2])]
     return heights[0], [end - start for start, end in zip(heights, ends, strict=True)], poses
@@ -135,28 +135,28 @@ def alike(poses: Sequence[SurfacePose | None], others: Sequence[SurfacePose | No
         return np.zeros(6) if pose is None else np.array([pose.decentre_x, pose.decentre_y, pose.tilt_x, pose.tilt_y,
                                                           pose.pivot, pose.roll])
 
-    one, two = (np.array([numbers(pose) for pose in each]) for each in (poses, others))
+    one, two = (np.array([numbers(pose) for pose in group]) for group in (poses, others))
     return bool(np.abs(one - two).max(initial=0.0) <= 1e2 * ROUNDING * max(1.0, np.abs(one[:, :2]).max(initial=0.0)))
 
 
-def _on_axis(place: Place, first: Place, size: float) -> bool:
-    """Whether a place lies on the axis of another one, with the same direction of the axis."""
-    way, axis = place.vertex - first.vertex, first.axes[:, 2]
+def _on_axis(frame: Place, first: Place, size: float) -> bool:
+    """Whether a frame lies on the axis of another one, with the same direction of the axis."""
+    way, axis = frame.vertex - first.vertex, first.axes[:, 2]
     return bool(np.abs(way - (way @ axis) * axis).max() <= ROUNDING * size
-                and np.abs(place.axes[:, 2] - axis).max() <= ROUNDING)
+                and np.abs(frame.axes[:, 2] - axis).max() <= ROUNDING)
 
 
-def _rolls(places: Sequence[Place], round_: Sequence[bool], size: float) -> list[float]:
+def _rolls(frames: Sequence[Place], round_: Sequence[bool], size: float) -> list[float]:
     """The roll of each surface (radians): its own, or of a round one that of a neighbour which is none, on one axis."""
-    own = [tilts_of(place.axes)[2] for place in places]
+    own = [tilts_of(frame.axes)[2] for frame in frames]
     own = [0.0 if abs(roll) <= ROUNDING else roll for roll in own]
-    rolls, first = [0.0] * len(places), 0
-    for i, place in enumerate(places):
-        if i and not (_on_axis(place, places[first], size) and abs(own[i] - own[first]) <= ROUNDING):
+    rolls, first = [0.0] * len(frames), 0
+    for i, frame in enumerate(frames):
+        if i and not (_on_axis(frame, frames[first], size) and abs(own[i] - own[first]) <= ROUNDING):
             first = i
         if not round_[i]:
-            end = next((k for k in range(i, len(places)) if not (
-                _on_axis(places[k], places[first], size) and abs(own[k] - own[first]) <= ROUNDING)), len(places))
+            end = next((k for k in range(i, len(frames)) if not (
+                _on_axis(frames[k], frames[first], size) and abs(own[k] - own[first]) <= ROUNDING)), len(frames))
             rolls[first:end] = [own[first]] * (end - first)
     return rolls
 

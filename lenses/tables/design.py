@@ -107,22 +107,22 @@ class Design:
 
     def state_wavelengths(self, pairs: Sequence[tuple[float, float]], primary: int) -> None:
         """Store wavelengths (µm) with their weights, and the index of the primary one."""
-        made, place = [], 0
+        made, primary_index = [], 0
         for i, (micrometres, weight) in enumerate(pairs):
             try:
                 made.append(Wavelength(micrometres, weight))
-                place = len(made) - 1 if i == primary else place
+                primary_index = len(made) - 1 if i == primary else primary_index
             except SystemDataError as error:
                 self.found(Kind.LEFT_OUT, f"{error}: it is left out", severity=Severity.WARNING)
         if pairs and not 0 <= primary < len(pairs):
             self.found(Kind.LEFT_OUT, f"wavelength {primary + 1} is the primary one, but there are {len(pairs)}: the "
                                       "first is used instead", severity=Severity.WARNING)
-        self.system = replace(self.system, wavelengths=tuple(made), primary=place)
+        self.system = replace(self.system, wavelengths=tuple(made), primary=primary_index)
 
     def state_air(self, celsius: float, atmospheres: float) -> None:
         """Store a finding where the air of a file is not that of the catalogues: their indices are kept."""
-        if not all(low <= each <= high for each, (low, high) in zip((celsius, atmospheres), CATALOGUE_AIR,
-                                                                    strict=True)):
+        if not all(low <= value <= high for value, (low, high) in zip((celsius, atmospheres), CATALOGUE_AIR,
+                                                                      strict=True)):
             self.found(Kind.LEFT_OUT, f"designed for {significant(celsius)} °C and {significant(atmospheres)} "
                                       "atmospheres: indices stay those of the catalogues, for 20 °C and 1",
                        severity=Severity.WARNING, celsius=celsius, atmospheres=atmospheres)
@@ -237,24 +237,24 @@ class Design:
 
     def _in_one_line(self, station: Station) -> tuple[float, list[float], list[SurfacePose | None], int | None]:
         """Z of the first vertex on the axis, thicknesses and poses in a position, and the line of the last break."""
-        place, places, lines = START, [], []            # of the last break up to each surface
+        frame, frames, lines = START, [], []            # of the last break up to each surface
         line = None
         for i, row in enumerate(self.rows[1:], start=1):
-            for each in row.breaks:
-                line, way = each.line, station.ways.get(each.number, each.distance)
-                place = place.broken(replace(each, distance=way))
+            for step in row.breaks:
+                line, way = step.line, station.ways.get(step.number, step.distance)
+                frame = frame.broken(replace(step, distance=way))
             line = line if row.aside is None else row.aside.line
-            places.append(place if row.aside is None else place.broken(row.aside))
+            frames.append(frame if row.aside is None else frame.broken(row.aside))
             lines.append(line)
             if row.behind is not None:
-                place, line = place.broken(row.behind), row.behind.line
+                frame, line = frame.broken(row.behind), row.behind.line
             way = station.gaps.get(i, row.thickness)
-            place = place.along(way if isfinite(way) else 0.0)
+            frame = frame.along(way if isfinite(way) else 0.0)
         try:
-            lead, gaps, poses = in_one_line(places[:-1], places[-1],
+            lead, gaps, poses = in_one_line(frames[:-1], frames[-1],
                                             [row.curvature_x is None for row in self.rows[1:-1]])
         except AxesError as error:
-            raise LensFileError(self.path, lines[error.place], str(error)) from None
+            raise LensFileError(self.path, lines[error.index], str(error)) from None
         return lead, [gap if isfinite(row.thickness) else row.thickness
                       for row, gap in zip(self.rows[1:-1], gaps, strict=True)], poses, lines[-1]
 

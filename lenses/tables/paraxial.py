@@ -100,12 +100,12 @@ def at_reference(lens: Lens) -> tuple[Lens, float]:
     """
     known = lens.known.get(("at reference", D_LINE))
     if known is None:
-        wavelength, seen = lens.reference_wavelength, None
+        wavelength, variant = lens.reference_wavelength, None
         if not is_d_line(wavelength):
-            seen = replace(lens, surfaces=tuple(
+            variant = replace(lens, surfaces=tuple(
                 replace(surface, glass=Glass(surface.glass.index(wavelength), None, surface.glass.name))
                 for surface in lens.surfaces))
-        known = lens.known["at reference", D_LINE] = seen, wavelength
+        known = lens.known["at reference", D_LINE] = variant, wavelength
     return known[0] or lens, known[1]
 
 

@@ -53,9 +53,9 @@ def solution(rows: Sequence[Any], solve: RowSolve, axial: Start | None, chief: S
     i, value, row = solve.row, solve.value, rows[solve.row]
     if solve.rule == "pickup":
         sources = rows[solve.source:solve.end or solve.source + 1]
-        return solve.factor * sum(float(getattr(each, solve.quantity)) for each in sources) + value
+        return solve.factor * sum(float(getattr(row, solve.quantity)) for row in sources) + value
     if solve.rule == "sum":
-        return value - sum(float(each.thickness) for each in rows[solve.source:i])
+        return value - sum(float(row.thickness) for row in rows[solve.source:i])
     if solve.rule == "pair":
         return value - float(rows[solve.source].thickness)
     if solve.rule == "edge":
@@ -101,14 +101,14 @@ def apply(rows: Sequence[Any], solves: Sequence[RowSolve], system: SystemData, s
     distance = rows[0].thickness
     axial = None if beam is None else (beam, 0.0 if abs(distance) >= FAR else beam / distance)
     bent = {solve.row for solve in solves if solve.quantity == "curvature"}
-    for solve in sorted(solves, key=lambda each: (each.row, each.quantity)):
+    for solve in sorted(solves, key=lambda solve: (solve.row, solve.quantity)):
         chief = chief_ray(rows, stop, system, wavelength) if solve.row >= stop else None
         if solve.rule == "edge" and solve.row + 1 in bent:
             raise RowError(f"SRF {solve.row}, {solve.name}: the curvature of the next surface is solved, too")
-        found = solution(rows, solve, axial, chief, wavelength)
-        if not isfinite(found):
+        value = solution(rows, solve, axial, chief, wavelength)
+        if not isfinite(value):
             raise RowError(f"SRF {solve.row}, {solve.name}: no {solve.quantity} has this solution")
-        setattr(rows[solve.row], solve.quantity, found)
+        setattr(rows[solve.row], solve.quantity, value)
 
 
 def chief_ray(rows: Sequence[Any], stop: int, system: SystemData, wavelength: float) -> Start | None:
@@ -140,7 +140,7 @@ def beam_radius(system: SystemData, distance: float) -> float | None:
 def doubts(rows: Sequence[Any], solves: Sequence[RowSolve], system: SystemData, stop: int,
            wavelength: float) -> list[Finding]:
     """Findings about stored values that are not those of their solves; stop: row of the stop."""
-    found, body, distance = [], rows[1:-1], rows[0].thickness
+    findings, body, distance = [], rows[1:-1], rows[0].thickness
     try:
         in_air = rows[0].glass.n_d == 1.0
         heights = marginal_heights(body, stop - 1, system, distance, wavelength) if in_air else []
@@ -158,10 +158,10 @@ def doubts(rows: Sequence[Any], solves: Sequence[RowSolve], system: SystemData, 
             asked = inf
         what = f"the {solve.quantity} of surface {solve.row - 1} follows from a solve ({solve.name})"
         if not isfinite(asked):
-            found.append(Finding(Kind.UNSOLVED, solve.row - 1, f"{what} that cannot be checked: the value of the file, "
-                                 f"{significant(kept)}, is read", severity=Severity.NOTE))
+            findings.append(Finding(Kind.UNSOLVED, solve.row - 1, f"{what} that cannot be checked: the value of the "
+                                    f"file, {significant(kept)}, is read", severity=Severity.NOTE))
         elif abs(asked - kept) > SAME * max(abs(asked), abs(kept)):
-            found.append(Finding(Kind.UNSOLVED, solve.row - 1, f"{what}: it is {significant(asked, 6)}, and not the "
-                                 f"{significant(kept, 6)} of the file, which is read", figures={"solved": asked,
-                                                                                                "stored": kept}))
-    return found
+            findings.append(Finding(Kind.UNSOLVED, solve.row - 1, f"{what}: it is {significant(asked, 6)}, and not the "
+                                    f"{significant(kept, 6)} of the file, which is read", figures={"solved": asked,
+                                                                                                   "stored": kept}))
+    return findings

@@ -32,11 +32,11 @@ def lost_poses(lens: Lens) -> list[Finding]:
             for i, surface in enumerate(lens.surfaces) if surface.pose is not None]
 
 
-def lost_shapes(lens: Lens, held: frozenset[Shape], instead: str) -> list[Finding]:
+def lost_shapes(lens: Lens, shapes: frozenset[Shape], instead: str) -> list[Finding]:
     """A warning for each surface whose shape a format cannot hold. instead: the shape written in its place."""
-    found = [(i, surface.form) for i, surface in enumerate(lens.surfaces)]
+    forms = [(i, surface.form) for i, surface in enumerate(lens.surfaces)]
     return [Finding(Kind.SHAPE, i, f"surface {i} is {shape.value}, which this format cannot hold: {instead}, and this "
-                                   "is another lens") for i, shape in found if shape not in held]
+                                   "is another lens") for i, shape in forms if shape not in shapes]
 
 
 NAMES = {"torus": "a torus", "torus about x": "a torus", "arcs": "the sum of two arcs"}

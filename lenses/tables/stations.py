@@ -68,10 +68,10 @@ def solved(lens: Lens, stations: list[Station], solves: Sequence[Solve],
     A gap stays if a configuration states it, if no ray finds it, and in the first configuration if the file agrees
     within SAME.
     """
-    found = []
+    solved_stations = []
     for station in stations:
         gaps = [station.gaps.get(i, surface.thickness) for i, surface in enumerate(lens.surfaces)]
-        given = dict(station.gaps)
+        known = dict(station.gaps)
         for solve in sorted(solves, key=lambda solve: solve.surface):
             i, first = solve.surface, solve.start
             if solve.kind == "image":
@@ -81,9 +81,9 @@ def solved(lens: Lens, stations: list[Station], solves: Sequence[Solve],
             if i in station.gaps or not isfinite(gap):
                 continue
             kept = lens.surfaces[i].thickness
-            gaps[i] = given[i] = kept if station is stations[0] and abs(gap - kept) <= SAME * abs(kept) else gap
-        found.append(replace(station, gaps=given))
-    return found
+            gaps[i] = known[i] = kept if station is stations[0] and abs(gap - kept) <= SAME * abs(kept) else gap
+        solved_stations.append(replace(station, gaps=known))
+    return solved_stations
 
 
 def zoom_fractions(focal_lengths: Sequence[float]) -> tuple[float, ...]:
@@ -279,12 +279,12 @@ def at_one_position(lens: Lens) -> Lens:
     positions, system = lens.positions, lens.system
     if positions is None:
         return lens
-    place = positions.zoom_stations.index(positions.zoom) if positions.zoom in positions.zoom_stations else None
+    index = positions.zoom_stations.index(positions.zoom) if positions.zoom in positions.zoom_stations else None
     aperture, objects = system.aperture, system.object_distances
     if aperture is not None and len(aperture.values) > 1:
-        aperture = None if place is None else replace(aperture, values=(aperture.values[place % len(aperture.values)],))
+        aperture = None if index is None else replace(aperture, values=(aperture.values[index % len(aperture.values)],))
     return replace(lens, positions=None, system=replace(system, aperture=aperture,
-                                                        object_distances=(objects[(place or 0) % len(objects)],)))
+                                                        object_distances=(objects[(index or 0) % len(objects)],)))
 
 
 def _before(distance: float, track: float) -> float:
@@ -325,7 +325,7 @@ class Configurations:
 
         distance: of the object, if it is the same in all.
         """
-        found = []
+        stations = []
         for k in range(1, min(self.count, MOST_STATIONS) + 1 if self.count > 1 else 1):
             station = Station(distance=inf if abs(distance) >= FAR else distance, name=self.names.get(k, ""))
             for (quantity, surface), by_number in self.values.items():
@@ -345,8 +345,8 @@ class Configurations:
                     station.gaps[row] = value
                 elif quantity == "stop" and surface == stop:
                     station.stop = value
-            found.append(station)
-        return found
+            stations.append(station)
+        return stations
 
     @property
     def differing(self) -> str:
@@ -367,12 +367,12 @@ class Configurations:
     def findings(self) -> list[Finding]:
         """Findings about quantities that differ between configurations and are not kept."""
         taken = "that of the first" if self.current == 1 else f"that of configuration {self.current}"
-        found = [note(Kind.POSITION, f"{self.differing}: of what differs between the configurations, {taken} is used"
-                      )] if self.differing else []
+        findings = [note(Kind.POSITION, f"{self.differing}: of what differs between the configurations, {taken} is used"
+                         )] if self.differing else []
         if self.count > MOST_STATIONS:
-            found.append(note(Kind.POSITION, f"the first {MOST_STATIONS} of {self.count} configurations were read",
-                              configurations=self.count))
-        return found
+            findings.append(note(Kind.POSITION, f"the first {MOST_STATIONS} of {self.count} configurations were read",
+                                 configurations=self.count))
+        return findings
 
 
 def rows(lens: Lens, stations: list[Station], far: float,
@@ -384,14 +384,14 @@ def rows(lens: Lens, stations: list[Station], far: float,
     """
     if not stations:
         return []
-    found: list[tuple[str, int, list[float]]] = []
+    rows: list[tuple[str, int, list[float]]] = []
     if aperture is not None and len(aperture.values) > 1:
-        found.append(("aperture", 0, list(aperture.values)))
-    found += [("gap", i + 1, [station.gaps[i] for station in stations]) for i in stations[0].gaps]
+        rows.append(("aperture", 0, list(aperture.values)))
+    rows += [("gap", i + 1, [station.gaps[i] for station in stations]) for i in stations[0].gaps]
     if any(not station.is_far for station in stations):
-        found.append(("gap", 0, [far if station.is_far else station.distance for station in stations]))
+        rows.append(("gap", 0, [far if station.is_far else station.distance for station in stations]))
     stops = [station.stop for station in stations if station.stop is not None]
-    return found + ([("stop", lens.stop_index + 1, stops)] if stops else [])
+    return rows + ([("stop", lens.stop_index + 1, stops)] if stops else [])
 
 
 def lost_positions(stations: list[Station], plain: Callable[[str], str]) -> list[Finding]:

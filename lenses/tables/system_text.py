@@ -125,14 +125,14 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
     if stated is not None:
         values = stated.values if len(stated.values) == zooms else stated.values[:1] * zooms
         asked = [values[(now if not stations else k) % zooms] for k in range(len(cases))]
-        held = all(holds(stated.kind, distance) for _, _, distance in cases)
-        if now >= 0 and held and all(_agrees(case, lens.stop_index, stated.kind, value, wavelength)
-                                     for case, value in zip(cases, asked, strict=True)):
+        is_held = all(holds(stated.kind, distance) for _, _, distance in cases)
+        if now >= 0 and is_held and all(_agrees(case, lens.stop_index, stated.kind, value, wavelength)
+                                        for case, value in zip(cases, asked, strict=True)):
             return WrittenSystem(data, replace(stated, values=one_if_equal(asked)), tuple(findings))
     diameters = [pupil_diameter(surfaces, lens.stop_index, radius, wavelength) for surfaces, radius, _ in cases]
     has_pupil = all(LEAST_PUPIL < diameter < MOST_PUPIL for diameter in diameters)
     if stated is not None:
-        why = "it cannot be stated here" if not held else "the stop has another size"
+        why = "it cannot be stated here" if not is_held else "the stop has another size"
         instead = f"entrance-pupil diameter {significant(diameters[0], 6)} mm" if has_pupil else "size of the stop"
         findings.append(note(Kind.STOP, f"the {stated.kind} {significant(stated.values[0], 6)} is left out, as {why}: "
                                         f"the {instead} is written"))
@@ -140,7 +140,7 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
         return WrittenSystem(data, Aperture(ApertureKind.PUPIL_DIAMETER, one_if_equal(diameters)), tuple(findings))
     if holds(ApertureKind.STOP_SIZE, cases[0][2]):
         return WrittenSystem(data, Aperture(ApertureKind.STOP_SIZE, (0.0,)), tuple(findings))
-    findings = [found for found in findings if found.kind is not Kind.STOP]
+    findings = [finding for finding in findings if finding.kind is not Kind.STOP]
     findings.append(Finding(Kind.STOP, lens.stop_index, "its entrance pupil lies at infinity: no aperture is written",
                             severity=Severity.WARNING))
     return WrittenSystem(data, None, tuple(findings))
@@ -155,7 +155,7 @@ def _with_fields(lens: Lens, data: SystemData, findings: list[Finding]) -> Syste
     findings.append(note(Kind.ASSUMED, "the lens states no fields: the image heights 0, 0.7 and 1 of its film's "
                                        f"half-diagonal, {significant(half, 4)} mm, are written", radius=half))
     return replace(data, field_kind=FieldKind.IMAGE_HEIGHT,
-                   fields=tuple(FieldPoint(0.0, part * half) for part in PARTS))
+                   fields=tuple(FieldPoint(0.0, share * half) for share in PARTS))
 
 
 def _agrees(case: tuple[Sequence[Surface], float, float], stop: int, kind: ApertureKind, value: float,
@@ -168,10 +168,10 @@ def _agrees(case: tuple[Sequence[Surface], float, float], stop: int, kind: Apert
     return asked is not None and abs(asked - radius) <= SAME * radius
 
 
-def lost_system(system: SystemData, held: frozenset[str]) -> list[Finding]:
-    """The finding about system data of a lens that a format does not hold; held: of the words of WHOLE."""
+def lost_system(system: SystemData, written: frozenset[str]) -> list[Finding]:
+    """The finding about system data of a lens that a format does not hold; written: of the words of WHOLE."""
     none = SystemData()
     has = {"aperture": system.aperture is not None, "fields": bool(system.fields),
            "wavelengths": bool(system.wavelengths), "object distance": system.object_distances != none.object_distances}
-    lost = [word for word, is_stated in has.items() if is_stated and word not in held]
+    lost = [word for word, is_stated in has.items() if is_stated and word not in written]
     return [note(Kind.LEFT_OUT, f"left out of its system data: {', '.join(lost)}")] if lost else []

@@ -110,18 +110,18 @@ def parse(text: str, path: str) -> dict[str, Any]:
 
 def item_lines(text: str, key: str) -> list[int]:
     """Line on which each item of the first list of this name begins."""
-    found = re.search(rf'"{re.escape(key)}"\s*:\s*\[', text)
+    start = re.search(rf'"{re.escape(key)}"\s*:\s*\[', text)
     lines: list[int] = []
-    place, counted, line = (found.end() if found else len(text)), 0, 1
-    while place < len(text) and len(lines) < MOST_ITEMS:
-        between = BETWEEN.match(text, place)
-        place = between.end() if between else place
-        if text[place:place + 1] in ("]", ""):
+    position, counted, line = (start.end() if start else len(text)), 0, 1
+    while position < len(text) and len(lines) < MOST_ITEMS:
+        between = BETWEEN.match(text, position)
+        position = between.end() if between else position
+        if text[position:position + 1] in ("]", ""):
             break
-        line, counted = line + text.count("\n", counted, place), place
+        line, counted = line + text.count("\n", counted, position), position
         lines.append(line)
         try:
-            _, place = json.JSONDecoder().raw_decode(text, place)
+            _, position = json.JSONDecoder().raw_decode(text, position)
         except (ValueError, RecursionError):
             break
     return lines
@@ -151,34 +151,34 @@ def items(data: Any) -> list[Any]:
 
 def value(data: dict[str, Any], key: str, default: float | None = None, infinite: bool = False) -> float:
     """A number of an object. RowError: missing or invalid."""
-    found = data.get(key, default)
-    if found is None:
+    stored = data.get(key, default)
+    if stored is None:
         if default is None:
             raise RowError(f"{key} is missing")
         return default
-    return number(found, key, infinite)
+    return number(stored, key, infinite)
 
 
 def text_value(data: dict[str, Any], key: str) -> str:
     """A text of an object; "" if it is missing. RowError: another type."""
-    found = data.get(key)
-    if found is not None and not isinstance(found, str):
-        raise RowError(f"{key} is {excerpt(found)}: it must be a text in quotes")
-    return found or ""
+    stored = data.get(key)
+    if stored is not None and not isinstance(stored, str):
+        raise RowError(f"{key} is {excerpt(stored)}: it must be a text in quotes")
+    return stored or ""
 
 
 def flag(data: dict[str, Any], key: str) -> bool:
     """A yes or no of an object; no if it is missing. RowError: another type."""
-    found = data.get(key)
-    if found is not None and not isinstance(found, bool):
-        raise RowError(f"{key} is {excerpt(found)}: it must be true or false")
-    return bool(found)
+    stored = data.get(key)
+    if stored is not None and not isinstance(stored, bool):
+        raise RowError(f"{key} is {excerpt(stored)}: it must be true or false")
+    return bool(stored)
 
 
 def check_keys(data: dict[str, Any], known: Collection[str], of: str = "") -> None:
     """Raise RowError for an entry that is neither known nor empty (null, false, "", [], {}): it may change the lens."""
-    for key, found in data.items():
-        if key not in known and not (found is None or found is False or found == "" or found == [] or found == {}):
+    for key, stored in data.items():
+        if key not in known and not (stored is None or stored is False or stored == "" or stored == [] or stored == {}):
             raise RowError(not_understood(f"{cut(key)}{of}"))
 
 
@@ -190,8 +190,8 @@ def exact(number: float | Decimal) -> Decimal:
 def exact_value(data: dict[str, Any], key: str, default: float | None = None, infinite: bool = False) -> Decimal:
     """A number of an object with all its digits. RowError: missing or invalid."""
     plain = value(data, key, default, infinite)
-    found = data.get(key)
-    return found if isinstance(found, Decimal) else exact(plain)
+    stored = data.get(key)
+    return stored if isinstance(stored, Decimal) else exact(plain)
 
 
 def text_of(data: Any, indent: int = 0) -> str:
@@ -217,8 +217,8 @@ def _entries(data: dict[str, Any] | list[Any], indent: int) -> list[str]:
 
 def coefficients(data: dict[str, Any], key: str, powers: list[int]) -> dict[int, float]:
     """Aspheric coefficients other than 0, by their powers. RowError: a power that is not traced."""
-    found = items(data.get(key))
-    numbers = [number(a, f"{key}[{i}]") for i, a in enumerate(found)]
+    entries = items(data.get(key))
+    numbers = [number(a, f"{key}[{i}]") for i, a in enumerate(entries)]
     if any(numbers[len(powers):]):
         raise RowError(f"{key} has {len(numbers)} coefficients, of which {len(powers)} can be traced")
     result = {power: a for power, a in zip(powers, numbers, strict=False) if a}
