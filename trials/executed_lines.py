@@ -33,17 +33,17 @@ class Executed(NamedTuple):
 
 def executed() -> dict[str, Executed]:
     """The record, by test file."""
-    return {name: Executed(seconds, {path: set(lines) for path, lines in each.items()})
-            for name, (seconds, each) in json.loads(RECORD.read_text(encoding="utf-8")).items()}
+    return {name: Executed(seconds, {path: set(lines) for path, lines in numbers.items()})
+            for name, (seconds, numbers) in json.loads(RECORD.read_text(encoding="utf-8")).items()}
 
 
 def lines_of(code: CodeType) -> set[int]:
     """Lines of a function and of all functions inside it, without that of its head."""
-    found = {line for _, _, line in code.co_lines() if line and line != code.co_firstlineno}
+    lines = {line for _, _, line in code.co_lines() if line and line != code.co_firstlineno}
     for constant in code.co_consts:
         if isinstance(constant, CodeType):
-            found |= lines_of(constant)
-    return found
+            lines |= lines_of(constant)
+    return lines
 
 
 class _Tracer:
@@ -60,7 +60,7 @@ class _Tracer:
             return None
         if code not in self._unseen:
             self._unseen[code] = {line for _, _, line in code.co_lines() if line}
-        unseen, seen = self._unseen[code], self.seen.setdefault(code.co_filename, set())
+        unseen, executed = self._unseen[code], self.seen.setdefault(code.co_filename, set())
         self._calls[code] = calls = self._calls.get(code, 0) + 1
         if not unseen or calls > CALLS:
             return None
@@ -68,10 +68,10 @@ class _Tracer:
         def of_line(frame: FrameType, event: str, argument: Any) -> Any:
             if frame.f_lineno in unseen:
                 unseen.discard(frame.f_lineno)
-                seen.add(frame.f_lineno)
+                executed.add(frame.f_lineno)
             return of_line if unseen else None
         unseen.discard(frame.f_lineno)
-        seen.add(frame.f_lineno)
+        executed.add(frame.f_lineno)
         return of_line
 
 
@@ -79,13 +79,13 @@ def _kernel_lines() -> Iterator[tuple[str, set[int]]]:
     """Lines of the kernels that this process uses, and of what they may call."""
     from lensbench.core.kernels import cache, compiled_code
     waiting = [function for function, _ in cache.used.values()]
-    found = set()
+    codes = set()
     while waiting:
-        each = waiting.pop()
-        if each not in found:
-            found.add(each)
-            waiting += compiled_code._alone(each)[1]
-            yield each.__code__.co_filename, lines_of(each.__code__)
+        code = waiting.pop()
+        if code not in codes:
+            codes.add(code)
+            waiting += compiled_code._alone(code)[1]
+            yield code.__code__.co_filename, lines_of(code.__code__)
 
 
 def pytest_configure(config: Any) -> None:
@@ -99,27 +99,27 @@ def pytest_unconfigure(config: Any) -> None:
     """Write what this process executed."""
     sys.settrace(None)
     threading.settrace(None)
-    seen = config._tracer.seen
+    executed = config._tracer.seen
     for path, lines in _kernel_lines():
-        seen.setdefault(path, set()).update(lines)
-    told = {path.removeprefix(str(ROOT) + os.sep): sorted(lines) for path, lines in seen.items()
+        executed.setdefault(path, set()).update(lines)
+    told = {path.removeprefix(str(ROOT) + os.sep): sorted(lines) for path, lines in executed.items()
             if path.startswith(CORE)}
     Path(os.environ["EXECUTED_LINES"]).write_text(json.dumps(told), encoding="utf-8")
 
 
 def _record(name: str) -> tuple[float, dict[str, list[int]]]:
     """Run the quick tests of a file: their time, and the lines."""
-    part = RECORD.with_suffix(".part")
-    part.write_text("{}", encoding="utf-8")
+    partial_file = RECORD.with_suffix(".part")
+    partial_file.write_text("{}", encoding="utf-8")
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-m", "not slow", name]
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
     ended = subprocess.run([*command, "-p", "trials.executed_lines"], cwd=ROOT, capture_output=True, text=True,
-                           env={**os.environ, "EXECUTED_LINES": str(part)})
+                           env={**os.environ, "EXECUTED_LINES": str(partial_file)})
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     if ended.returncode not in (0, 5):
         print(ended.stdout[-2000:], ended.stderr[-2000:])
-    return round(seconds, 1), json.loads(part.read_text(encoding="utf-8"))
+    return round(seconds, 1), json.loads(partial_file.read_text(encoding="utf-8"))
 
 
 def main() -> None:

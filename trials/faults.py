@@ -25,8 +25,8 @@ class Fault(NamedTuple):
     byte: int = 0
 
     def __str__(self) -> str:
-        place = f"{self.path}:{self.line}:{self.byte}" if self.line else self.path
-        return f"{place} | {' '.join(self.old.split())} → {' '.join(self.new.split())}"
+        position = f"{self.path}:{self.line}:{self.byte}" if self.line else self.path
+        return f"{position} | {' '.join(self.old.split())} → {' '.join(self.new.split())}"
 
     def put_into(self, text: str) -> str:
         """The text of its file with the fault."""
@@ -109,11 +109,11 @@ def random_faults(paths: list[Path], count: int, seed: int, lines: dict[str, set
         name = str(path.relative_to(ROOT))
         if not name.startswith(PICTURES):
             text = path.read_text(encoding="utf-8")
-            found = sorted((_hash(f"{seed} {each}"), each) for each in _faults(name, text)
-                           if lines is None or each.line in lines.get(name, ()))
+            faults = sorted((_hash(f"{seed} {fault}"), fault) for fault in _faults(name, text)
+                           if lines is None or fault.line in lines.get(name, ()))
             offset = _hash(f"{seed} {name}")
-            placed += [((k + offset) / len(found), each) for k, (_, each) in enumerate(found)]
-    return [each for _, each in sorted(placed)[:count]]
+            placed += [((k + offset) / len(faults), fault) for k, (_, fault) in enumerate(faults)]
+    return [fault for _, fault in sorted(placed)[:count]]
 
 
 def _hash(text: str) -> float:
@@ -123,13 +123,13 @@ def _hash(text: str) -> float:
 
 def _faults(name: str, text: str) -> list[Fault]:
     lines = text.splitlines(keepends=True)
-    found = []
+    edits = []
     for node in _nodes(ast.parse(text)):
         new = _changed(node)
         if new and node.lineno == node.end_lineno:
             old = lines[node.lineno - 1].encode()[node.col_offset:node.end_col_offset].decode()
-            found.append(Fault(name, old, new, node.lineno, node.col_offset))
-    return found
+            edits.append(Fault(name, old, new, node.lineno, node.col_offset))
+    return edits
 
 
 def _nodes(node: ast.AST) -> Iterator[ast.expr]:

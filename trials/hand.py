@@ -189,15 +189,15 @@ class Hand:
         """Press a key, with its modifiers."""
         from imgui_bundle import imgui
 
-        name, held = self.random.choice(KEYS), self.random.choice(MODIFIERS)
-        if (name, *held) in QUIT:
+        name, modifiers = self.random.choice(KEYS), self.random.choice(MODIFIERS)
+        if (name, *modifiers) in QUIT:
             return
-        io, keys = imgui.get_io(), [getattr(imgui.Key, f"mod_{each}") for each in held]
-        for each in (*keys, getattr(imgui.Key, name)):
-            io.add_key_event(each, True)
+        io, keys = imgui.get_io(), [getattr(imgui.Key, f"mod_{modifier}") for modifier in modifiers]
+        for key in (*keys, getattr(imgui.Key, name)):
+            io.add_key_event(key, True)
         yield
-        for each in (getattr(imgui.Key, name), *keys):
-            io.add_key_event(each, False)
+        for key in (getattr(imgui.Key, name), *keys):
+            io.add_key_event(key, False)
         yield
 
     def text(self) -> Iterator[None]:

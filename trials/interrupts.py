@@ -61,13 +61,13 @@ def varieties(chance: random.Random, number: int) -> list[Any]:
     from lensbench.app.settings.camera_facts import CAMERA_KINDS
     from lensbench.app.settings.settings import Settings
 
-    names, found = chance.sample(list(lenses.names()), LENSES), []
+    names, outcomes = chance.sample(list(lenses.names()), LENSES), []
     for _ in range(number):
         settings = with_camera(with_lens(Settings(), chance.choice(names)), chance.choice(list(CAMERA_KINDS)))
-        found.append(replace(settings, scene=chance.choice(list(lb.SCENES)), samples=chance.choice((1, 3, 16, 64)),
+        outcomes.append(replace(settings, scene=chance.choice(list(lb.SCENES)), samples=chance.choice((1, 3, 16, 64)),
                              ghosts=chance.random() < 0.1, view=chance.choice(VIEWS),
                              lens_model=chance.choice((settings.lens_model, "trace"))))
-    return found
+    return outcomes
 
 
 def changed(settings: Any, chance: random.Random) -> Any:
@@ -89,7 +89,7 @@ class Watched:
 
     @property
     def complete(self) -> bool:
-        """Whether the present picture has all samples, or those that it gets in a pause, or an error."""
+        """Whether the current picture has all samples, or those that it gets in a pause, or an error."""
         from lensbench.app.workers.render_worker import PAUSED_SAMPLES
 
         update, samples = self.worker.newest(), self.settings.samples
@@ -114,7 +114,7 @@ class Watched:
         return self.fault() or self._picture_fault()
 
     def fault(self) -> str:
-        """The error of the present picture: "" without one, "refused" for one that names the setting."""
+        """The error of the current picture: "" without one, "refused" for one that names the setting."""
         failure = self.worker.error
         if failure is None:
             return ""
@@ -132,7 +132,7 @@ class Watched:
         return ""
 
     def restart(self, settings: Any) -> None:
-        """Replace the present picture."""
+        """Replace the current picture."""
         self.settings = settings
         getattr(self.worker, self.chance.choice(("pause", "resume", "resume")))()
         self.worker.want_depth(self.chance.random() < 0.5)

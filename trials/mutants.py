@@ -60,14 +60,14 @@ def test_files() -> dict[str, str]:
 @cache
 def importers() -> dict[str, set[str]]:
     """Files of the core and the lenses that import a file of them."""
-    found: dict[str, set[str]] = {}
+    files: dict[str, set[str]] = {}
     for path in [*(ROOT / "core").rglob("*.py"), *(ROOT / "lenses").rglob("*.py")]:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.ImportFrom) and str(node.module).startswith("lensbench.") and path.parent != CORE:
                 name = str(node.module).removeprefix("lensbench.").replace(".", "/")
-                for each in (f"{name}.py", *(f"{name}/{alias.name}.py" for alias in node.names)):
-                    found.setdefault(each, set()).add(str(path.relative_to(ROOT)))
-    return found
+                for candidate in (f"{name}.py", *(f"{name}/{alias.name}.py" for alias in node.names)):
+                    files.setdefault(candidate, set()).add(str(path.relative_to(ROOT)))
+    return files
 
 
 @cache
@@ -77,12 +77,12 @@ def naming_tests(path: str) -> list[str]:
     room = ".".join(["lensbench", *rooms])
     public = [offered for offered, (home, _) in typed_imports("lensbench").items() if home == f"{room}.{name}"]
     own = [file for file in test_files() if re.fullmatch(rf"test_(\w+_)?{name}", Path(file).stem)]
-    found = [own]
+    files = [own]
     for pattern in (rf"{re.escape(room)}\.{name}\b|from {re.escape(room)} import .*\b{name}\b",
                     rf"\blb\.({'|'.join(public)})\b" if public else "(?!)"):
-        found.append([file for file, text in test_files().items()
-                      if re.search(pattern, text) and not any(file in each for each in found)])
-    return sum(found, [])
+        files.append([file for file, text in test_files().items()
+                      if re.search(pattern, text) and not any(file in near for near in files)])
+    return sum(files, [])
 
 
 def nearest_tests(fault: Fault) -> tuple[list[str], bool]:
@@ -95,20 +95,20 @@ def nearest_tests(fault: Fault) -> tuple[list[str], bool]:
         lines = {line for node in ast.walk(ast.parse((ROOT / fault.path).read_text(encoding="utf-8")))
                  if isinstance(node, ast.FunctionDef)
                  for line in range(node.body[0].lineno, (node.end_lineno or 0) + 1)}
-    times = {file: each.seconds for file, each in recorded().items() if lines & each.lines.get(fault.path, set())}
-    found: list[str] = []
+    times = {file: record.seconds for file, record in recorded().items() if lines & record.lines.get(fault.path, set())}
+    chosen: list[str] = []
     ring, known = {fault.path}, {fault.path}
-    while ring and len(found) < FILES:
+    while ring and len(chosen) < FILES:
         near = [file for path in sorted(ring) for file in naming_tests(path)
                 if file in times or file not in recorded()]
-        found += [file for file in dict.fromkeys(near) if file not in found][:FILES - len(found)]
+        chosen += [file for file in dict.fromkeys(near) if file not in chosen][:FILES - len(chosen)]
         ring = set().union(*(importers().get(path, set()) for path in ring)) - known
         known |= ring
     left = OTHERS
-    for seconds, file in sorted((seconds, file) for file, seconds in times.items() if file not in found):
+    for seconds, file in sorted((seconds, file) for file, seconds in times.items() if file not in chosen):
         left -= seconds
-        found += [file] if left > 0 else []
-    return found, bool(times) or any(file not in recorded() for file in found)
+        chosen += [file] if left > 0 else []
+    return chosen, bool(times) or any(file not in recorded() for file in chosen)
 
 
 def _at_import(fault: Fault) -> bool:
@@ -121,17 +121,17 @@ def _at_import(fault: Fault) -> bool:
 def fate(fault: Fault, folder: Path, quick: bool) -> str:
     """What becomes of a fault in the copy of the sources in `folder`: "killed by …" or "SURVIVES …"."""
     room, _, inside = fault.path.partition("/")
-    place = folder / PACKAGES[room] / inside
-    whole = place.read_text(encoding="utf-8")
+    target = folder / PACKAGES[room] / inside
+    whole = target.read_text(encoding="utf-8")
     changed = fault.put_into(whole)
     nearest, reached = nearest_tests(fault)
     seconds = sum(recorded()[file].seconds if file in recorded() else UNKNOWN for file in nearest)
     try:
         compile(changed, fault.path, "exec")
-        _write(place, changed)
+        _write(target, changed)
         killer = _killer(folder, nearest, "not slow", COMPILING + 4 * seconds)
         if killer:
-            _write(place, whole)
+            _write(target, whole)
             _demand_innocent(folder, killer)
             return f"killed by {killer}"
         killer = None if quick else _killer(folder, naming_tests(fault.path), "slow", SLOW)
@@ -140,14 +140,14 @@ def fate(fault: Fault, folder: Path, quick: bool) -> str:
     except SyntaxError:
         return "killed by the compiler"
     finally:
-        _write(place, whole)
+        _write(target, whole)
     return f"SURVIVES {len(nearest)} files{'' if reached else ', none of which executes the line'}"
 
 
-def _write(place: Path, text: str) -> None:
+def _write(target: Path, text: str) -> None:
     """Write a source, and remove its bytecode: that of a text of the same second and size would count as its own."""
-    place.write_text(text, encoding="utf-8")
-    for compiled in (place.parent / "__pycache__").glob(f"{place.stem}.*.pyc"):
+    target.write_text(text, encoding="utf-8")
+    for compiled in (target.parent / "__pycache__").glob(f"{target.stem}.*.pyc"):
         compiled.unlink()
 
 
@@ -200,7 +200,7 @@ def new_lines(commit: str) -> dict[str, set[int]]:
     told = subprocess.run(["git", "diff", "-U0", commit, "--", "core/*.py", "lenses/*.py"], cwd=ROOT,
                           capture_output=True, text=True, check=True).stdout.splitlines()
     gone = {row[1:].strip() for row in told if row.startswith("-")}
-    found: dict[str, set[int]] = {}
+    lines_of: dict[str, set[int]] = {}
     for row in told:
         if row.startswith("+++ "):
             path = row.removeprefix("+++ b/")
@@ -208,9 +208,9 @@ def new_lines(commit: str) -> dict[str, set[int]]:
             line = int(row.split("+")[1].split()[0].partition(",")[0])
         elif row.startswith("+"):
             if row[1:].strip() not in gone:
-                found.setdefault(path, set()).add(line)
+                lines_of.setdefault(path, set()).add(line)
             line += 1
-    return found
+    return lines_of
 
 
 def main() -> int:
@@ -226,7 +226,7 @@ def main() -> int:
     options = parser.parse_args()
     if options.random:
         lines = new_lines(options.since) if options.since else None
-        files = [path.resolve() for path in options.files] or [ROOT / each for each in lines or ()] or changed_files()
+        files = [path.resolve() for path in options.files] or [ROOT / line for line in lines or ()] or changed_files()
         faults = random_faults(files, options.random, options.seed, lines)
     else:
         faults = [fault for name, fault in KINDS.items() if (options.kind or "") in name]

@@ -66,7 +66,7 @@ def growth(samples: Sequence[tuple[float, float]], after: float) -> tuple[float,
     """MB a minute, by least squares, of (minutes, MB) from a time on, and its standard error."""
     import numpy as np
 
-    late = np.array([each for each in samples if each[0] >= after]).reshape(-1, 2)
+    late = np.array([sample for sample in samples if sample[0] >= after]).reshape(-1, 2)
     if len(late) < 4:
         return math.nan, math.nan
     slope, variance = np.polyfit(late[:, 0], late[:, 1], 1, cov=True)
@@ -83,12 +83,12 @@ def soak(minutes: float, hand: Hand) -> tuple[Samples, Samples, list[str]]:
     failures: list[str] = []
 
     def failed(*error: Any, **ignored: Any) -> None:
-        raised = next(each for each in error if isinstance(each, BaseException))
+        raised = next(value for value in error if isinstance(value, BaseException))
         failures.append(hand.doing + "".join(traceback.format_exception(raised)))
         print(failures[-1], flush=True)
 
     sys.excepthook = failed
-    threading.excepthook = lambda given: failed(given.exc_type, given.exc_value, given.exc_traceback)
+    threading.excepthook = lambda failure: failed(failure.exc_type, failure.exc_value, failure.exc_traceback)
     traceback.print_exception = failed                  # the window shows it and goes on
     before = set(threading.enumerate())
     session = window.Session(window.Settings(pixels_x=480, pixels_y=320, samples=64), remember=False, threads=2)
@@ -125,7 +125,7 @@ def soak(minutes: float, hand: Hand) -> tuple[Samples, Samples, list[str]]:
 
 
 def at_home(minutes: float, hand: Hand) -> tuple[Samples, Samples, list[str]]:
-    """`soak` in an empty folder of its own, which is the home of the user and the present one."""
+    """`soak` in an empty folder of its own, which is the home of the user and the current one."""
     os.environ.setdefault("XDG_CACHE_HOME", str(Path.home() / ".cache"))        # the kernels
     with tempfile.TemporaryDirectory() as home:
         os.environ["HOME"] = os.environ["XDG_CONFIG_HOME"] = home
@@ -145,8 +145,8 @@ def main() -> None:
     print(f"seed {asked.seed}: {samples[-1][1]:.0f} MB after {samples[-1][0]:.0f} minutes, {len(failures)} failures")
     toured = rests[0][0] if rests and (asked.minutes >= SHORT or asked.hurry) else 0.0
     print(f"growth in MB a minute after a tour of {toured:.0f} minutes; nan where there are too few samples:")
-    for after in (each for each in AFTER if toured + each < samples[-1][0]):
-        (over_all, error), (resting, its_error) = (growth(each, toured + after) for each in (samples, rests))
+    for after in (after_seconds for after_seconds in AFTER if toured + after_seconds < samples[-1][0]):
+        (over_all, error), (resting, its_error) = (growth(series, toured + after) for series in (samples, rests))
         print(f"from {after:2.0f} minutes on {over_all:.3f} ± {error:.3f}, at rest {resting:.3f} ± {its_error:.3f}")
     print("\n".join(failures))
     sys.exit(bool(failures))

@@ -13,7 +13,7 @@ from tests.app.command.abuse import faults
 TIMES, PARTS = int(os.environ.get("LENSBENCH_ABUSE_TIMES", "4000")), 20
 
 
-@pytest.mark.parametrize("part", range(PARTS))
-def test_random_commands_end_with_a_picture_or_one_clear_line(tmp_path, capsys, part):
-    found = faults(TIMES // PARTS, f"trial {part}", tmp_path, capsys)
-    assert not found, "\n".join(f"{wrong}: {shlex.join(words)}" for wrong, words in found)
+@pytest.mark.parametrize("share", range(PARTS))
+def test_random_commands_end_with_a_picture_or_one_clear_line(tmp_path, capsys, share):
+    faulty = faults(TIMES // PARTS, f"trial {share}", tmp_path, capsys)
+    assert not faulty, "\n".join(f"{wrong}: {shlex.join(words)}" for wrong, words in faulty)

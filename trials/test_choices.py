@@ -24,10 +24,10 @@ def test_the_choice_is_right_for_four_hundred_cameras_and_seldom_too_careful():
         name, camera, depths = setting(seed)
         choice = lb.choose_model(camera, replace(scene, depth_range=depths))
         chosen = choice.model, choice.degree
-        seen = verdict(camera, depths, LADDER, chosen)
-        table[chosen, next(filter(seen.passes, LADDER))] += 1
-        if not seen.passes(chosen):
-            wrong.append(f"{seed} {name}: {choice.name} is off by {seen.off[chosen]}")
+        judged = verdict(camera, depths, LADDER, chosen)
+        table[chosen, next(filter(judged.passes, LADDER))] += 1
+        if not judged.passes(chosen):
+            wrong.append(f"{seed} {name}: {choice.name} is off by {judged.off[chosen]}")
     print("\n| chosen \\ simplest that passes | " + " | ".join(NAMES[rung] for rung in LADDER) + " |")
     print("|---" * (len(LADDER) + 1) + "|")
     for chosen in LADDER:

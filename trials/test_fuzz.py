@@ -35,8 +35,8 @@ LENSES = ("pbrt-dgauss-50mm", "lib-us10281683")
 @pytest.mark.parametrize("mutate", [by_bytes, by_lines], ids=lambda mutate: mutate.__name__)
 @pytest.mark.parametrize("source", FILES, ids=lambda path: path.name)
 def test_a_damaged_file_is_a_lens_or_one_clear_line(tmp_path, source, mutate):
-    found = lenses_outlive(tmp_path / f"damaged{source.suffix}", source.read_bytes(), mutate, TIMES, source.name)
-    _can_be_used(found, tmp_path)
+    survivors = lenses_outlive(tmp_path / f"damaged{source.suffix}", source.read_bytes(), mutate, TIMES, source.name)
+    _can_be_used(survivors, tmp_path)
 
 
 @pytest.mark.parametrize("mutate", [by_bytes, by_lines], ids=lambda mutate: mutate.__name__)
@@ -45,8 +45,8 @@ def test_a_damaged_file_is_a_lens_or_one_clear_line(tmp_path, source, mutate):
 def test_a_damaged_file_of_our_own_is_a_lens_or_one_clear_line(tmp_path, name, suffix, mutate):
     lenses.save(lenses.load(name), tmp_path / f"whole{suffix}")
     whole = (tmp_path / f"whole{suffix}").read_bytes()
-    found = lenses_outlive(tmp_path / f"damaged{suffix}", whole, mutate, TIMES, name)
-    _can_be_used(found, tmp_path)
+    survivors = lenses_outlive(tmp_path / f"damaged{suffix}", whole, mutate, TIMES, name)
+    _can_be_used(survivors, tmp_path)
 
 
 @pytest.mark.parametrize("source", FILES, ids=lambda path: path.name)
@@ -55,7 +55,7 @@ def test_a_value_of_another_type_is_one_clear_line(tmp_path, source):
                 for text in texts(source, rng_of(source.name), TIMES)])
 
 
-@pytest.mark.parametrize(("name", "way"), WAYS, ids=lambda part: getattr(part, "__name__", part))
+@pytest.mark.parametrize(("name", "way"), WAYS, ids=lambda way: getattr(way, "__name__", way))
 def test_damaged_settings_pictures_and_recordings_are_one_clear_line_or_what_was_written(files, tmp_path, name, way):  # noqa: F811
     goes_on(files, tmp_path, name, way, TIMES)
 
@@ -65,8 +65,8 @@ def test_a_damaged_scene_is_a_scene_or_one_clear_line(tmp_path, mutate):
     example = re.search(r"```toml\n(.*?)```", DOCUMENT.read_text(encoding="utf-8"), re.S)
     assert example
     whole = example[1].encode()
-    found = outlive(tmp_path / "scene.toml", whole, mutate, TIMES, "scene", load_scene, SceneFileError)
-    assert all(isinstance(scene, lb.Scene) for scene in found) and found
+    survivors = outlive(tmp_path / "scene.toml", whole, mutate, TIMES, "scene", load_scene, SceneFileError)
+    assert all(isinstance(scene, lb.Scene) for scene in survivors) and survivors
 
 
 @pytest.mark.parametrize("mutate", [by_bytes, by_lines], ids=lambda mutate: mutate.__name__)
@@ -74,9 +74,9 @@ def test_a_damaged_glass_catalogue_is_glasses_or_one_clear_line(tmp_path, mutate
     assert outlive(tmp_path / "glass.agf", BK7.encode(), mutate, TIMES, "glass", agf.read, lenses.LensFileError)
 
 
-def _can_be_used(found, folder):
+def _can_be_used(scene, folder):
     """What was read can be checked, and written in every format."""
-    for lens in found[::max(1, len(found) // 20)]:
+    for lens in scene[::max(1, len(scene) // 20)]:
         lenses.check(lens)
         for suffix in WRITERS:
             lenses.save(lens, folder / f"again{suffix}")

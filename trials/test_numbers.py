@@ -12,6 +12,6 @@ from tests.core.odd_cameras import faults
 TIMES, PARTS = int(os.environ.get("LENSBENCH_NUMBERS_TIMES", "20000")), 20
 
 
-@pytest.mark.parametrize("part", range(PARTS))
-def test_rays_of_odd_cameras_are_finite_and_their_directions_unit_vectors(part):
-    assert faults(TIMES // PARTS, f"trial {part}") == []
+@pytest.mark.parametrize("share", range(PARTS))
+def test_rays_of_odd_cameras_are_finite_and_their_directions_unit_vectors(share):
+    assert faults(TIMES // PARTS, f"trial {share}") == []

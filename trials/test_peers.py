@@ -60,9 +60,9 @@ def in_blocks(lens, origins, directions, real):
     """The tracer of the pictures, from arrays to arrays: a call that gives l, m, n behind the lens, and the weight."""
     distance, count = lb.film_distance(lens, np.inf), len(origins)
     program = Program(trace_steps(lens, distance, towards="film", blades=False), real)
-    given = dict(zip((block.X, block.Y, block.Z), (origins - [0.0, 0.0, lens.length + distance]).T, strict=True))
-    given |= dict(zip((block.L, block.M, block.N), directions.T, strict=True)) | {block.WEIGHT: np.ones(count)}
-    return lambda: program.run(given, [block.L, block.M, block.N, block.WEIGHT], count)
+    rays = dict(zip((block.X, block.Y, block.Z), (origins - [0.0, 0.0, lens.length + distance]).T, strict=True))
+    rays |= dict(zip((block.L, block.M, block.N), directions.T, strict=True)) | {block.WEIGHT: np.ones(count)}
+    return lambda: program.run(rays, [block.L, block.M, block.N, block.WEIGHT], count)
 
 
 def test_peers_agree_and_how_fast_they_are(tmp_path, capsys):
@@ -76,9 +76,9 @@ def test_peers_agree_and_how_fast_they_are(tmp_path, capsys):
         counts, apart = dict.fromkeys(("reference", "float64", "float32"), RAYS), {}
         for real, tolerance in ((np.float64, 1e-12), (np.float32, 1e-5)):      # the rounding of thirty surfaces
             works[np.dtype(real).name] = work = in_blocks(lens, origins, directions, real)
-            found = np.asarray(work())
-            passed = found[3] > 0.0                     # blocks clip at the rims
-            assert passed.mean() > 0.5 and np.abs(found[:3].T - ours.directions)[passed].max() < tolerance
+            result = np.asarray(work())
+            passed = result[3] > 0.0                     # blocks clip at the rims
+            assert passed.mean() > 0.5 and np.abs(result[:3].T - ours.directions)[passed].max() < tolerance
         for peer, open_in in PEERS.items():
             if peer == "batoid" and not all(batoid_has(surface) for surface in lens.surfaces):
                 continue
@@ -131,10 +131,10 @@ def test_every_lens_of_the_library_opens_right_in_the_peer(tmp_path, suffix, pee
         first = lb.first_order(lens)
         ours = np.array([first.efl, first.f_number, 2.0 * first.entrance_pupil.radius])
         try:
-            found = (in_rayoptics if peer == "rayoptics" else in_optiland)(tmp_path / f"{name}{suffix}")
+            points = (in_rayoptics if peer == "rayoptics" else in_optiland)(tmp_path / f"{name}{suffix}")
         except Exception as error:              # of any kind: the other lenses are tried, too
             wrong.append((name, repr(error)))
             continue
-        if not np.abs(np.array(found) / ours - 1.0).max() < SAME:
-            wrong.append((name, found, tuple(ours)))
+        if not np.abs(np.array(points) / ours - 1.0).max() < SAME:
+            wrong.append((name, points, tuple(ours)))
     assert not wrong

@@ -27,12 +27,12 @@ RADIUS, SAMPLES = 12.0, 64
 SHARP, BLURRED = 0.1, 0.2           # pixels: noise of the centroid of 64 samples
 
 
-def mitsuba(camera, folder, place):
+def mitsuba(camera, folder, pose):
     """(h, w) radiance of a light at this place."""
     mi = pytest.importorskip("mitsuba")
     mi.set_variant("scalar_rgb")
     export_camera(camera, "mitsuba", folder / "camera.xml")
-    x, y, z = (value / 1000.0 for value in place)
+    x, y, z = (value / 1000.0 for value in pose)
     (folder / "scene.xml").write_text(
         f'<scene version="3.0.0"><integrator type="direct"/><include filename="{folder / "camera.xml"}"/>'
         f'<shape type="sphere"><point name="center" x="{x}" y="{y}" z="{z}"/><float name="radius" '
@@ -40,7 +40,7 @@ def mitsuba(camera, folder, place):
     return np.array(mi.render(mi.load_file(str(folder / "scene.xml")), spp=SAMPLES))[..., 1]
 
 
-def blender(camera, folder, place):
+def blender(camera, folder, pose):
     """(h, w) radiance of a light at this place, by Cycles."""
     bpy = pytest.importorskip("bpy")
     bpy.ops.wm.read_factory_settings(use_empty=True)
@@ -56,7 +56,7 @@ def blender(camera, folder, place):
     material.node_tree.links.new(nodes.new("ShaderNodeEmission").outputs[0],
                                  nodes.new("ShaderNodeOutputMaterial").inputs[0])
     bpy.ops.mesh.primitive_uv_sphere_add(radius=RADIUS / 1000.0, segments=48, ring_count=24,
-                                         location=Z_UP[:3, :3] @ place / 1000.0)
+                                         location=Z_UP[:3, :3] @ pose / 1000.0)
     bpy.context.object.data.materials.append(material)
     scene.render.filepath = str(folder / "picture.exr")
     bpy.ops.render.render(write_still=True)
@@ -74,10 +74,10 @@ def middle(picture):
 @pytest.mark.parametrize("name", CAMERAS)
 def test_a_light_lies_where_ours_lies(name, render, tmp_path):
     camera, black = CAMERAS[name], (0.0, 0.0, 0.0)
-    for place in PLACES:
-        light = lb.Sphere(place, RADIUS, lb.Material((1.0, 1.0, 1.0), "light"))
+    for pose in PLACES:
+        light = lb.Sphere(pose, RADIUS, lb.Material((1.0, 1.0, 1.0), "light"))
         ours = lb.Rendering(camera, lb.Scene("light", lb.Sky(black, black, black), spheres=(light,)),
                             light_tracing=False)
         ours.add(SAMPLES)
-        off = middle(render(camera, tmp_path, place)) - middle(ours.image()[..., 1].astype(float))
+        off = middle(render(camera, tmp_path, pose)) - middle(ours.image()[..., 1].astype(float))
         assert math.hypot(*off) < (BLURRED if name in ("blurred", "thin") else SHARP)

@@ -149,14 +149,14 @@ def _rays() -> dict[str, np.ndarray]:
     order = np.lexsort((column % TILE, line, column // TILE))
     x, y = (column[order] - FILM.pixels_x / 2) / FILM.pixels_x, (line[order] - FILM.pixels_y / 2) / FILM.pixels_x
     slopes = np.column_stack([0.9 * x, 0.9 * y, np.full(len(x), -1.0)])
-    turn, part = random.uniform(0.0, 2.0 * np.pi, len(x)), np.sqrt(random.random(len(x)))
-    lens = PUPIL_RADIUS * np.column_stack([part * np.cos(turn), part * np.sin(turn), 0.0 * part])
+    turn, radius = random.uniform(0.0, 2.0 * np.pi, len(x)), np.sqrt(random.random(len(x)))
+    lens = PUPIL_RADIUS * np.column_stack([radius * np.cos(turn), radius * np.sin(turn), 0.0 * radius])
     inside = np.array([0.0, 0.0, -800.0]) + random.uniform(-300.0, 300.0, slopes.shape)
     begin = random.normal(0.0, 100.0, slopes.shape)
-    found = {"pinhole": (np.zeros_like(slopes), slopes), "f/2, in focus": (lens, slopes * NEAREST - lens),
+    rays_by_kind = {"pinhole": (np.zeros_like(slopes), slopes), "f/2, in focus": (lens, slopes * NEAREST - lens),
              "f/2, focused at 2 m": (lens, slopes * 2000.0 - lens), "scattered": (begin, inside - begin)}
     rays = {}
-    for name, (origins, ways) in found.items():
+    for name, (origins, ways) in rays_by_kind.items():
         ways = ways / np.linalg.norm(ways, axis=1)[:, None]
         table = np.concatenate([origins, ways], 1).astype(np.float32)
         rays[name] = np.ascontiguousarray(table.reshape(-1, B, L + 3 - X).transpose(0, 2, 1))

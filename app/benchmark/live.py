@@ -36,8 +36,8 @@ def analysis() -> Iterator[tuple[str, float, str]]:
     lens = lenses.load(LENS)
     away = lb.film_distance(lens, math.inf)
     of = lb.analysis
-    given, nine = of.conditions(lens, lb.Film()), of.conditions(lens, lb.Film(), 9)
-    grid = of.ray_grid(lens, away, given)
+    wide, nine = of.conditions(lens, lb.Film()), of.conditions(lens, lb.Film(), 9)
+    grid = of.ray_grid(lens, away, wide)
     fine = of.ray_grid(lb.stopped_down(lens, 5.6), away, nine, 64)
 
     def anew(make: Callable[[], object]) -> Callable[[], object]:
@@ -51,19 +51,19 @@ def analysis() -> Iterator[tuple[str, float, str]]:
         "spots": lambda: of.spots(grid),
         "ray and OPD fans": lambda: of.ray_fans(grid),
         "wavefronts with 37 Zernike terms": lambda: of.wavefronts(grid),
-        "field curves": lambda: of.field_curves(lens, away, given),
-        "longitudinal aberration": lambda: of.longitudinal_aberration(lens, away, given),
-        "chromatic focal shift": lambda: of.chromatic_focal_shift(replace(lens), away, given),  # a lens keeps its own
+        "field curves": lambda: of.field_curves(lens, away, wide),
+        "longitudinal aberration": lambda: of.longitudinal_aberration(lens, away, wide),
+        "chromatic focal shift": lambda: of.chromatic_focal_shift(replace(lens), away, wide),  # a lens keeps its own
         "MTF at four frequencies": lambda: of.mtf(grid),
     }
     grids: dict[str, Callable[[], object]] = {
-        "ray grid, 12 fields, 3 colours": anew(lambda: of.ray_grid(lens, away, given)),
-        "MTF map 64 × 64, 3 colours, with its rays": anew(lambda: of.mtf_map(lens, away, given)),
-        "the same coarse, 32 fields, 16 points": anew(lambda: of.mtf_map(lens, away, given, fields=32, pupil=16)),
+        "ray grid, 12 fields, 3 colours": anew(lambda: of.ray_grid(lens, away, wide)),
+        "MTF map 64 × 64, 3 colours, with its rays": anew(lambda: of.mtf_map(lens, away, wide)),
+        "the same coarse, 32 fields, 16 points": anew(lambda: of.mtf_map(lens, away, wide, fields=32, pupil=16)),
     }
     rest: dict[str, Callable[[], object]] = {
         "PSF 256², 9 fields, 3 colours": lambda: of.psf(fine),
-        "focus shift, 9 apertures": anew(lambda: of.focus_shift(lens, away, given)),
+        "focus shift, 9 apertures": anew(lambda: of.focus_shift(lens, away, wide)),
     }
     best = least_times({**plots, **grids, **rest}, 0.2)
     for name, seconds in best.items():
@@ -152,23 +152,23 @@ PLOTS_REST = 5                        # frames between two moves of the dial
 
 def first_pictures() -> tuple[list[tuple[float, float]], list[tuple[float, float]]]:
     """Seconds from a move of the focus to the first pass, and to its picture on screen, with all plots and without."""
-    found: tuple[list[tuple[float, float]], list[tuple[float, float]]] = ([], [])
+    pictures: tuple[list[tuple[float, float]], list[tuple[float, float]]] = ([], [])
     plots: list[hello_imgui.DockableWindow] = []
     rest, moves, turn = [SETTLE], [0], [0]
 
     def watch(session: DrivenSession) -> bool:
         if not plots:
             if session.settled(1):
-                plots.extend(each for each in hello_imgui.get_runner_params().docking_params.dockable_windows
-                             if each.label in PANELS and each.is_visible)
+                plots.extend(dockable for dockable in hello_imgui.get_runner_params().docking_params.dockable_windows
+                             if dockable.label in PANELS and dockable.is_visible)
             return False
         if session.moved and session.current:
-            found[turn[0] % 2].append((session.worker.first_seconds, time.perf_counter() - session.moved))
+            pictures[turn[0] % 2].append((session.worker.first_seconds, time.perf_counter() - session.moved))
             session.moved, rest[0], moves[0] = 0.0, PLOTS_REST, moves[0] + 1
             if moves[0] == MOVES:
                 turn[0], moves[0], rest[0] = turn[0] + 1, 0, SETTLE
-                for each in plots:
-                    each.is_visible = turn[0] % 2 == 0
+                for plot in plots:
+                    plot.is_visible = turn[0] % 2 == 0
         elif not session.moved and session.move is None and session.current:
             rest[0] -= 1
             if rest[0] <= 0:
@@ -176,16 +176,16 @@ def first_pictures() -> tuple[list[tuple[float, float]], list[tuple[float, float
         return turn[0] == 2 * TURNS
 
     run(SMALL, watch, size=PLOTS_SIZE, layout=LAYOUT)
-    return found
+    return pictures
 
 
-def beside_plots() -> Iterator[tuple[str, float, str]]:
+def with_plots() -> Iterator[tuple[str, float, str]]:
     """From a dial to the first picture with the plots of the Designer layout, over that without plots."""
-    beside, alone = (1e3 * np.median(each, 0) for each in first_pictures())
+    among, alone = (1e3 * np.median(seconds, 0) for seconds in first_pictures())
     for k, name in enumerate(("end of the first pass", "first picture on the screen")):
         yield f"dial to {name}, no plots, median", float(alone[k]), "ms"
-        yield f"dial to {name}, plots of {LAYOUT}, median", float(beside[k]), "ms"
-        yield f"dial to {name}, with plots over without", float(beside[k] / alone[k]), "×"
+        yield f"dial to {name}, plots of {LAYOUT}, median", float(among[k]), "ms"
+        yield f"dial to {name}, with plots over without", float(among[k] / alone[k]), "×"
 
 
 SURFACE, RADIUS = 1, 150.0      # of the double Gauss; its radius there is near this
@@ -208,7 +208,7 @@ def _edits_in(size: tuple[int, int]) -> Iterator[tuple[str, float, str]]:
     """One by one, with the plots of the Designer layout; then as fast as pictures and plots follow. size: pixels."""
     pictures: list[float] = []
     plots: list[float] = []
-    rest, turn, held, began, seen, frames = [EDIT_REST], [0], [0], [0.0], [0.0], [0]
+    rest, turn, edits_done, began, shown, frames = [EDIT_REST], [0], [0], [0.0], [0.0], [0]
 
     def watch(session: DrivenSession) -> bool:
         now = time.perf_counter()
@@ -216,15 +216,15 @@ def _edits_in(size: tuple[int, int]) -> Iterator[tuple[str, float, str]]:
             began[0] = now if session.settled(1) else 0.0
             return False
         if session.moved:
-            seen[0] = seen[0] or (now - session.moved if session.current else 0.0)
+            shown[0] = shown[0] or (now - session.moved if session.current else 0.0)
             frames[0] += 1                          # the first one draws the plots of the settings before
-            if frames[0] > 1 and seen[0] and not session.analyses.worker.is_late:
+            if frames[0] > 1 and shown[0] and not session.analyses.worker.is_late:
                 if turn[0] <= EDITS:
-                    pictures.append(seen[0])
+                    pictures.append(shown[0])
                     plots.append(now - session.moved)
-                held[0] += turn[0] > EDITS
+                edits_done[0] += turn[0] > EDITS
                 began[0] = now if turn[0] == EDITS else began[0]
-                session.moved, seen[0], rest[0], frames[0] = 0.0, 0.0, EDIT_REST, 0
+                session.moved, shown[0], rest[0], frames[0] = 0.0, 0.0, EDIT_REST, 0
         else:
             rest[0] -= 1
         if not session.moved and session.move is None and (rest[0] <= 0 or turn[0] >= EDITS):
@@ -236,4 +236,4 @@ def _edits_in(size: tuple[int, int]) -> Iterator[tuple[str, float, str]]:
     window = f"plots of {LAYOUT}, {size[0]} × {size[1]}"
     yield f"radius edited to picture, {window}, median", 1e3 * float(np.median(pictures)), "ms"
     yield f"radius edited to all {window}, median", 1e3 * float(np.median(plots)), "ms"
-    yield f"radius edited again as soon as picture and {window} follow", held[0] / HELD, "/s"
+    yield f"radius edited again as soon as picture and {window} follow", edits_done[0] / HELD, "/s"

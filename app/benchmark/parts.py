@@ -49,14 +49,14 @@ def block_against_scalar() -> Iterator[tuple[str, float, str]]:
     film, rear = rng.uniform(-5.0, 5.0, (2, block.B)), rng.uniform(-6.0, 6.0, (2, block.B))
     directions = np.stack([*(rear - film), np.full(block.B, -distance)], 1)
     directions /= np.linalg.norm(directions, axis=1)[:, None]
-    given = dict(zip((block.X, block.Y, block.L, block.M, block.N), (*film, *directions.T), strict=True))
-    given[block.WEIGHT] = np.ones(block.B)
+    rays = dict(zip((block.X, block.Y, block.L, block.M, block.N), (*film, *directions.T), strict=True))
+    rays[block.WEIGHT] = np.ones(block.B)
     for real in (np.float32, np.float64):
         origins = np.stack([*film, np.full(block.B, lens.length + distance)], 1).astype(real)
         out = (np.empty((block.B, 3), real), np.empty((block.B, 3), real),
                np.empty(block.B, np.int32), np.empty(block.B, np.int32))
         best = least_times({
-            "block": streamed(surface_steps(lens, distance), given, real),
+            "block": streamed(surface_steps(lens, distance), rays, real),
             "scalar": partial(_traced, surface_table(lens, dtype=real), origins, directions.astype(real), *out, 2)})
         name = np.dtype(real).name
         fast, scalar = BLOCKS * block.B / best["block"] / 1e6, 2 * block.B / best["scalar"] / 1e6
@@ -76,9 +76,9 @@ def fused() -> Iterator[tuple[str, float, str]]:
                   for name, program in grown.items()}, 0.15)
     before = 0.0
     for name, seconds in best.items():
-        each = seconds / (2 * count * block.B) * 1e9
-        yield f"stage {name}", each - before, "ns"
-        before = each
+        nanoseconds = seconds / (2 * count * block.B) * 1e9
+        yield f"stage {name}", nanoseconds - before, "ns"
+        before = nanoseconds
     yield "fused render, one thread", 1e3 / before, "Msamples/s"
     for model in ("trace", "polynomial", "thin", "pinhole"):
         view = lb.LensCamera(lenses.load(LENS), FILM, 1200.0, model=model)
@@ -175,8 +175,8 @@ def sampling() -> Iterator[tuple[str, float, str]]:
     for name in ("soft", "still-life"):
         camera, scene = scenes()[name]
         steps = samplers(camera.film)
-        found = gains(dict(squares(camera, scene, COUNTS, {way: steps[way] for way in (DEFAULT, WHITE)})))
-        for count, gain in found[DEFAULT].items():
+        ratios = gains(dict(squares(camera, scene, COUNTS, {way: steps[way] for way in (DEFAULT, WHITE)})))
+        for count, gain in ratios[DEFAULT].items():
             yield f"gain over white noise at {count}, {name}", gain, "×"
 
 
@@ -192,7 +192,8 @@ def allocation() -> Iterator[tuple[str, float, str]]:
         plain = lb.Rendering(camera, scene, seed=12345, light_tracing=False, adaptive=False)
         plain.add(2048)
         truth = tone.develop(plain.image(), 0.0, "filmic")
-        renderings = [lb.Rendering(camera, scene, seed=1, light_tracing=False, adaptive=each) for each in (False, True)]
+        renderings = [lb.Rendering(camera, scene, seed=1, light_tracing=False, adaptive=adaptive)
+                      for adaptive in (False, True)]
         seconds = [0.0, 0.0]
         for count in (16, 32, 64, 128, 256):
             variances = []
@@ -254,9 +255,9 @@ def precision() -> Iterator[tuple[str, float, str]]:
         rays = Program(camera.steps()[:2]).run({block.X: raster[:, 0], block.Y: raster[:, 1], block.U0: uv[:, 0],
                                                 block.U1: uv[:, 1]}, aimed, n)
         steps = surface_steps(lens, camera.film_distance)
-        given = dict(zip([*aimed, block.WEIGHT], [*rays, np.ones(n)], strict=True))
-        wanted = [block.L, block.M, block.N, block.WEIGHT]
-        single, double = (Program(steps, real).run(given, wanted, n).astype(float)
+        rows = dict(zip([*aimed, block.WEIGHT], [*rays, np.ones(n)], strict=True))
+        outputs = [block.L, block.M, block.N, block.WEIGHT]
+        single, double = (Program(steps, real).run(rows, outputs, n).astype(float)
                           for real in (np.float32, np.float64))
         both = (single[3] > 0.0) & (double[3] > 0.0)
         off = np.linalg.norm(np.cross(single[:3].T[both], double[:3].T[both]), axis=1)
@@ -273,11 +274,11 @@ LONG = ("sampling", "allocation", "light-tracing", "precision", "light-field", "
 def parts() -> dict[str, Callable[[], Iterator[tuple[str, float, str]]]]:
     """All parts by name, in the order in which they run; each gives its figures: name, value and unit."""
     from lensbench.app.benchmark.files import choices, files, light_fields, meshes
-    from lensbench.app.benchmark.live import analysis, beside_plots, edits, pixels
+    from lensbench.app.benchmark.live import analysis, edits, pixels, with_plots
     from lensbench.app.benchmark.renders import differentials, exposure, ghosts, motion, polynomials
     from lensbench.app.benchmark.window import browser, drag, starts, window
 
-    return {"start": starts, "drag": drag, "window": window, "browser": browser, "plots": beside_plots,
+    return {"start": starts, "drag": drag, "window": window, "browser": browser, "plots": with_plots,
             "edit": edits, **PARTS, "meshes": meshes, "models": polynomials, "choice": choices, "pixel": pixels,
             "light-field": light_fields, "motion": motion, "exposure": exposure, "analysis": analysis,
             "differentials": differentials, "files": files, "ghosts": ghosts}

@@ -32,11 +32,11 @@ def polynomials() -> Iterator[tuple[str, float, str]]:
         lens, distance = lenses.load(name), 1200.0
         film_distance = lb.film_distance(lens, distance)
         table = PupilTable.of(lens, film_distance, 21.6, widened=False)
-        given = _aimed(table)
+        rays = _aimed(table)
         fits = {degree: Polynomial.fit(lens, film_distance, table, degree, distance=distance) for degree in DEGREES}
         steps = {"idle": [block.Step(idle, [0.0])], "trace": surface_steps(lens, film_distance),
                  **{str(degree): [fit.step] for degree, fit in fits.items()}}
-        best = least_times({label: streamed(each, given) for label, each in steps.items()})
+        best = least_times({label: streamed(stages, rays) for label, stages in steps.items()})
         trace = best["trace"] - best["idle"]
         for degree, fit in fits.items():
             ratio = trace / (best[str(degree)] - best["idle"])
@@ -59,8 +59,8 @@ def _aimed(table: PupilTable) -> dict[int, np.ndarray]:
     film = random.uniform(-1.0, 1.0, (2, block.B)) * [[18.0], [12.0]]
     rows = [block.X, block.Y, block.Z, block.L, block.M, block.N, block.WEIGHT]
     u0, u1 = random.random((2, block.B))
-    given = {block.X: film[0], block.Y: film[1], block.U0: u0, block.U1: u1}
-    return dict(zip(rows, Program([table.step(1.0)]).run(given, rows, block.B), strict=True))
+    samples = {block.X: film[0], block.Y: film[1], block.U0: u0, block.U1: u1}
+    return dict(zip(rows, Program([table.step(1.0)]).run(samples, rows, block.B), strict=True))
 
 
 SAMPLES = 8
@@ -129,10 +129,10 @@ def motion() -> Iterator[tuple[str, float, str]]:
              "perspective": lambda **more: lb.PerspectiveCamera(FILM, fov=0.45, **more)}
     for name, make in kinds.items():
         for words, shadows in (("", True), (" without shadows", False)):
-            for slowly, part in (("", 1.0), (", all but at rest", CRAWL)):
-                way = _pan(part)
+            for slowly, share in (("", 1.0), (", all but at rest", CRAWL)):
+                way = _pan(share)
                 yield f"moving / still camera, {name}, still-life{words}{slowly}", _ratio(
-                    [(make(world_from_camera=place), scene) for place in (way, way.start)], shadows), "×"
+                    [(make(world_from_camera=pose), scene) for pose in (way, way.start)], shadows), "×"
     moving = lb.builtin_scene("fairground")
     camera = lb.LensCamera(lens, FILM, 1200.0, shutter_close=1.0 / 60.0)
     rest = replace(moving, spheres=tuple(_at_rest(o) for o in moving.spheres),
@@ -140,12 +140,12 @@ def motion() -> Iterator[tuple[str, float, str]]:
     yield "moving / static objects, fairground, 1/60 s", _ratio([(camera, moving), (camera, rest)], True), "×"
 
 
-def _pan(part: float) -> lb.AnimatedTransform:
+def _pan(share: float) -> lb.AnimatedTransform:
     """A share of a motion of 23 mm and 1.1 degrees."""
     start, end = np.eye(4), np.eye(4)
-    c, s = np.cos(0.02 * part), np.sin(0.02 * part)
+    c, s = np.cos(0.02 * share), np.sin(0.02 * share)
     start[:3, :3] = [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]
-    end[:3, 3] = 20.0 * part, 5.0 * part, -10.0 * part
+    end[:3, 3] = 20.0 * share, 5.0 * share, -10.0 * share
     return lb.AnimatedTransform(start, end)
 
 

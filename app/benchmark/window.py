@@ -58,23 +58,23 @@ class Answer(NamedTuple):
 def latencies(dial: str = "focus") -> list[Answer]:
     """What each move of a dial takes until its first picture is on the screen."""
     scene, turned = DIALS[dial]
-    found: list[Answer] = []
-    rest, wanted = [0], [0]
+    answers: list[Answer] = []
+    rest, kernels = [0], [0]
 
     def watch(session: DrivenSession) -> bool:
         if session.moved and session.current:
-            found.append(Answer(time.perf_counter() - session.moved, time.process_time() - session.worked,
-                                session.compilers.progress[1] - wanted[0]))
+            answers.append(Answer(time.perf_counter() - session.moved, time.process_time() - session.worked,
+                                session.compilers.progress[1] - kernels[0]))
             session.moved, rest[0] = 0.0, REST
         elif not session.moved and session.move is None and session.current:
             rest[0] -= 1
             if rest[0] <= 0 and not session.compilers.busy:
-                turn, wanted[0] = len(found), session.compilers.progress[1]
+                turn, kernels[0] = len(answers), session.compilers.progress[1]
                 session.move = lambda settings: turned(settings, turn)
-        return len(found) > MOVES
+        return len(answers) > MOVES
 
     run(replace(SMALL, scene=scene), watch)
-    return found[1:]
+    return answers[1:]
 
 
 def dragged_errors() -> tuple[float, float]:
@@ -168,7 +168,7 @@ def _dragged(record: Callable[[LightFieldWorker, Settings], None],
              turned: Callable[[Look, float], Look]) -> list[float]:
     """Seconds from picture to picture of a light field under a control that never rests."""
     marks: list[float] = []
-    seen: list[object] = [None]
+    shown: list[object] = [None]
 
     def watch(session: DrivenSession) -> bool:
         controller = session.light_field
@@ -177,8 +177,8 @@ def _dragged(record: Callable[[LightFieldWorker, Settings], None],
                 record(controller.worker,
                        replace(Settings(), pixels_x=640, pixels_y=427, lens_model="trace", samples=1))
         elif controller.field_picture is not None:
-            if controller.field_picture is not seen[0]:
-                seen[0] = controller.field_picture
+            if controller.field_picture is not shown[0]:
+                shown[0] = controller.field_picture
                 marks.append(time.perf_counter())
             controller.look = turned(controller.look, time.perf_counter())
         return len(marks) > PICTURES
@@ -204,14 +204,14 @@ def drag() -> Iterator[tuple[str, float, str]]:
     Moves that needed kernels which the cache lacked are given apart: one kernel takes longer than a hundred pictures.
     """
     for dial in DIALS:
-        found = latencies(dial)
-        ready = [answer for answer in found if not answer.compiled] or found
+        moves = latencies(dial)
+        ready = [answer for answer in moves if not answer.compiled] or moves
         answers, worked, _ = np.array(ready).T * 1e3
         yield f"dial to picture, {dial}, median", float(np.median(answers)), "ms"
         yield f"dial to picture, {dial}, p95", float(np.percentile(answers, 95)), "ms"
         yield f"dial to picture, {dial}, CPU time of all cores, median", float(np.median(worked)), "ms"
-        if len(ready) < len(found):
-            slowest = max(answer.seconds for answer in found if answer.compiled)
+        if len(ready) < len(moves):
+            slowest = max(answer.seconds for answer in moves if answer.compiled)
             yield f"dial to picture, {dial}, where kernels were compiled first, longest", 1e3 * slowest, "ms"
     mixed, alone = dragged_errors()
     yield "display error while focus is dragged, 1 sample", 1e3 * mixed, "‰"
@@ -221,8 +221,8 @@ def drag() -> Iterator[tuple[str, float, str]]:
 def window() -> Iterator[tuple[str, float, str]]:
     """Frames of the window during a render, and of light fields under a control that never rests."""
     frames = np.array(paces()) * 1e3
-    yield "window frame beside two rendering threads, median", float(np.median(frames)), "ms"
-    yield "window frame beside two rendering threads, p95", float(np.percentile(frames, 95)), "ms"
+    yield "window frame with two rendering threads, median", float(np.median(frames)), "ms"
+    yield "window frame with two rendering threads, p95", float(np.percentile(frames, 95)), "ms"
     again = np.array(refocused())
     yield "refocus ring turned: pictures of a light field in the window, median", 1.0 / float(np.median(again)), "/s"
     yield "viewpoint dragged: pictures of an array in the window, median", 1.0 / float(np.median(moved())), "/s"

@@ -70,7 +70,7 @@ def add_analyse_options(parser: argparse.ArgumentParser) -> None:
 def analyse(arguments: argparse.Namespace) -> int:
     """Compute the figures, print their conditions and remarks, and write the file if one is given."""
     if arguments.what == "list":
-        print("\n".join(f"{name:14}{each.shows}" for name, each in ANALYSES.items()))
+        print("\n".join(f"{name:14}{analysis.shows}" for name, analysis in ANALYSES.items()))
         return 0
     if arguments.lens is None:
         raise UsageError("which LENS? Name one of the library, or a file (see lensbench analyse --help)")
@@ -90,7 +90,7 @@ def analyse(arguments: argparse.Namespace) -> int:
     if asked.bench.reason:                              # an aperture or a focus that this lens does not reach
         raise UsageError(asked.bench.reason)
     asked = with_own(asked, arguments.fields, arguments.wavelengths)
-    few = tuple(name for name, each in ANALYSES.items() if each.few)
+    few = tuple(name for name, analysis in ANALYSES.items() if analysis.few)
     for word, chosen in {"fields": few, **OF_FEW}.items():
         unmoved = [name for name in names if name not in chosen]
         if getattr(arguments, word) is not None and unmoved and (word == "fields" or len(unmoved) == len(names)):
@@ -173,7 +173,7 @@ def _read_ripple(text: str) -> tuple[float | None, float, float]:
 def _numbers(text: str, fewest: int, most: int) -> tuple[float, ...]:
     parts = text.split(",")
     try:
-        values = tuple(float(part) for part in parts)
+        values = tuple(float(number) for number in parts)
     except ValueError:
         values = ()
     if not fewest <= len(values) <= most or not all(map(math.isfinite, values)):

@@ -83,7 +83,7 @@ def improve(arguments: argparse.Namespace) -> int:
         for remark in goal.left_out:
             print(remark, file=sys.stderr)
         if not arguments.json:
-            print("\n".join(f"judged   {each}" for each in goal.judged))
+            print("\n".join(f"judged   {words}" for words in goal.judged))
         with stop_signals(True) as asked:
             done = improved(document, cells, goal, glasses, progress, lambda: bool(asked))
     except (LensError, GlassError) as error:
@@ -110,8 +110,8 @@ def improve(arguments: argparse.Namespace) -> int:
         for position, before, now in zip(goal.positions, done.start.by_position, done.end.by_position, strict=True):
             if len(positions) > 1:
                 print(f"{position.words:24} {amount(before, goal.aim)} -> {amount(now, goal.aim)}")
-        for each in swapped:
-            print(f"surface {each['surface']:2}  glass          {each['before']} -> {each['after']}")
+        for swap in swapped:
+            print(f"surface {swap['surface']:2}  glass          {swap['before']} -> {swap['after']}")
         for i, quantity in [*cells, *follow]:
             name = {"curvature": "radius", "curvature_x": "radius x–z"}.get(quantity, quantity)
             print(f"surface {i:2}  {name:14}  {whole(document.surfaces[i], quantity)[:12]} -> "
@@ -134,12 +134,12 @@ def vary(document: "LensDocument", text: str) -> tuple[tuple[int, str], ...]:
         return free_cells(document, text)
     cells = []
     for word in text.split(","):
-        place, _, name = word.strip().partition(".")
+        index, _, name = word.strip().partition(".")
         quantity = WORDS.get(name, name)
-        if not place.isdecimal() or int(place) >= len(document.surfaces) or quantity not in QUANTITIES:
+        if not index.isdecimal() or int(index) >= len(document.surfaces) or quantity not in QUANTITIES:
             raise UsageError(f"--vary {word.strip()}: write radii, thicknesses, all, or numbers such as 0.radius, "
                                 f"1.thickness, 3.conic, 3.r4 of surfaces 0 to {len(document.surfaces) - 1}")
-        cells.append((int(place), quantity))
+        cells.append((int(index), quantity))
     return tuple(dict.fromkeys(cells))
 
 
@@ -174,9 +174,9 @@ def add_tolerances_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--f-number", type=float, metavar="N", help="stop down to this f-number; wide open by default")
     parser.add_argument("--image-height", type=option(read_extent), metavar="MM",
                         help="largest image height; by default to the corner of the lens's film, or its light's edge")
-    for name, each in ERRORS.items():
-        parser.add_argument(f"--{name}", type=float, default=each.default, metavar=each.metavar,
-                            help=f"tolerance {each.what}; {significant(each.default)} by default, 0 for none")
+    for name, error in ERRORS.items():
+        parser.add_argument(f"--{name}", type=float, default=error.default, metavar=error.metavar,
+                            help=f"tolerance {error.what}; {significant(error.default)} by default, 0 for none")
     parser.add_argument("--copies", type=int, default=1000, metavar="N", help="of the Monte Carlo run; 1000 by default")
     parser.add_argument("--seed", type=int, default=0, metavar="N", help="of its random numbers")
     parser.add_argument("-o", "--output", metavar="FILE", help="chart of the contrast of the copies: .svg or .png")
@@ -228,7 +228,7 @@ def _tolerance(name: str, value: float) -> float:
 
 
 def _plain(costs: "tuple[Sensitivity, ...]", run: "Production") -> dict[str, object]:
-    errors = [asdict(each) | ({} if each.spot == each.spot else {"spot": None}) for each in costs]
+    errors = [asdict(cost) | ({} if cost.spot == cost.spot else {"spot": None}) for cost in costs]
     return {"errors": errors, "image_heights_mm": run.fields,
             "frequencies_per_mm": run.frequencies.tolist(), "nominal_contrast": run.nominal.tolist(),
             "percentiles": {name: row.tolist() for name, row in zip(("5", "50", "95"), run.band(), strict=True)},
@@ -240,10 +240,10 @@ def _print(costs: "tuple[Sensitivity, ...]", run: "Production") -> None:
     from lensbench.core.text import fixed
 
     print(f"{'Error':26} {'within':>12}  {'spot':>10}  {'contrast':>9}")
-    for each in costs[:SHOWN]:
-        spot = fixed(1000.0 * each.spot, 3, signed=True) if each.spot == each.spot else "dark"
-        print(f"{error_name(each.kind, each.surface):26} {amount(each.kind, each.tolerance):>12}  "
-              f"{spot:>7} µm  {fixed(100.0 * each.contrast, 2, signed=True):>6} %")
+    for cost in costs[:SHOWN]:
+        spot = fixed(1000.0 * cost.spot, 3, signed=True) if cost.spot == cost.spot else "dark"
+        print(f"{error_name(cost.kind, cost.surface):26} {amount(cost.kind, cost.tolerance):>12}  "
+              f"{spot:>7} µm  {fixed(100.0 * cost.contrast, 2, signed=True):>6} %")
     if len(costs) > SHOWN:
         print(f"and {len(costs) - SHOWN} smaller ones (--json prints all)")
     band, middle = run.band(), len(run.frequencies) // 2
@@ -264,15 +264,15 @@ def draw(run: "Production", path: Path, title: str) -> None:
     band = run.band()
     with look():
         figure = sheet(10.5, 3.8)
-        for place, k in enumerate((0, 1, 3)):
-            axes = plot(figure.add_subplot(1, 3, place + 1), "Cycles / mm", "Contrast" if place == 0 else "",
-                        f"{title}, {fixed(run.fields[k], 1)} mm" if place == 0 else f"{fixed(run.fields[k], 1)} mm")
+        for column, k in enumerate((0, 1, 3)):
+            axes = plot(figure.add_subplot(1, 3, column + 1), "Cycles / mm", "Contrast" if column == 0 else "",
+                        f"{title}, {fixed(run.fields[k], 1)} mm" if column == 0 else f"{fixed(run.fields[k], 1)} mm")
             for j, name, colour in ((0, "sagittal", COLOURS["blue"]), (1, "tangential", COLOURS["vermilion"])):
                 axes.fill_between(run.frequencies, band[0, k, :, j], band[2, k, :, j], color=colour, alpha=0.2,
                                   linewidth=0.0)
                 axes.plot(run.frequencies, band[1, k, :, j], color=colour, label=f"{name}, median and 5 to 95 %")
                 axes.plot(run.frequencies, run.nominal[k, :, j], color=colour, linestyle=":", label="as designed")
             axes.set_ylim(0.0, 1.0)
-            if place == 2:
+            if column == 2:
                 axes.legend(fontsize=7, frameon=False)
         save(figure, path)

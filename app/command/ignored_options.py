@@ -93,7 +93,7 @@ _WITH_LENS_MODEL = {**dict.fromkeys(("f_number", "blades", "blade_rotation", "ro
                     "focus_position": "has one focus"}
 
 
-def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: str | None,
+def remarks(settings: Settings, options_named: set[str], options: dict[str, str], lens: str | None,
             rendered: bool, linear: str | None = None, until_noise: bool = False) -> Iterator[str]:
     """A line for each option without an effect, and for an aperture that is none.
 
@@ -103,21 +103,21 @@ def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: 
     """
     if lens is not None and not settings.kind.has_lens:
         yield f"{lens} has no effect: the camera {settings.camera} has no lens; give --camera lens"
-    coded = [name for name in _DEVELOPED if rendered and settings.sample_view and name in given
+    coded = [name for name in _DEVELOPED if rendered and settings.sample_view and name in options_named
              and getattr(settings, name) is not False]
     for name in coded:
         yield f"--{options[name]} has no effect on the view {settings.view}: give --view picture"
     if linear is not None and not settings.sample_view:
         coded = [name for name in (_RECORDED if until_noise else _TONED + _RECORDED)
-                 if name in given and getattr(settings, name) is not False]
-        if "shutter" in given and not until_noise and not _moves(settings):
+                 if name in options_named and getattr(settings, name) is not False]
+        if "shutter" in options_named and not until_noise and not _moves(settings):
             coded.append("shutter")
         for name in coded:
             yield f"--{options[name]} has no effect on {linear}: it holds linear light as floats"
     for name, need in (_NEEDS | _RENDERED if rendered else _NEEDS).items():
         if name in coded:
             continue
-        if name in given and not need.has_effect(settings):
+        if name in options_named and not need.has_effect(settings):
             instead = need.instead
             if name in _METERED and settings.exposing != "plain":
                 instead = _METERED[name] if _meters_iso(settings) else _NO_F_NUMBER
@@ -133,5 +133,5 @@ def remarks(settings: Settings, given: set[str], options: dict[str, str], lens: 
             yield (f"the layout {settings.layout} has the shape {across}:{down}: {settings.pixels_x}x"
                    f"{settings.pixels_y} stretches it; give --size {settings.pixels_y * across // down}x"
                    f"{settings.pixels_y}")
-    if "f_number" in given and settings.f_number is None and settings.kind.ideal_lens:
+    if "f_number" in options_named and settings.f_number is None and settings.kind.ideal_lens:
         yield "--f-number open makes this camera a pinhole (an ideal lens has no maximum aperture): give a number"

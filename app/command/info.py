@@ -162,8 +162,8 @@ def _field_of_view(lens, film, wavelength: float) -> dict[str, float | None]:
 
     axes = ("horizontal", "vertical", "diagonal")
     if lens.is_rotationally_symmetric:
-        found = traced_angles(lens, film.width, film.height, wavelength, "paraxial")
-        return {axis: None if angle is None else math.degrees(angle) for axis, angle in zip(axes, found, strict=True)}
+        angles = traced_angles(lens, film.width, film.height, wavelength, "paraxial")
+        return {axis: None if angle is None else math.degrees(angle) for axis, angle in zip(axes, angles, strict=True)}
     efl = lens.front_index * abs(lb.first_order(lens, wavelength).efl)
     return {axis: math.degrees(lb.field_of_view(efl, film, axis)) for axis in axes}
 
@@ -172,9 +172,9 @@ def _close_focus(lens) -> dict[str, float | None]:
     """Plane in focus (mm from the film) and working f-number of focus groups off infinity; else None for both."""
     import lensbench as lb
 
-    found: dict[str, float | None] = {"focus_distance": None, "working_f_number": None}
+    readings: dict[str, float | None] = {"focus_distance": None, "working_f_number": None}
     if not (lens.has_focus_groups and lens.positions.close):
-        return found
+        return readings
     at_infinity = lens.at(close=0.0)
     try:
         film_distance = (lb.film_distance(at_infinity, math.inf) + lens.surfaces[-1].thickness
@@ -182,7 +182,7 @@ def _close_focus(lens) -> dict[str, float | None]:
         return {"focus_distance": lb.focused_distance(lens, film_distance),
                 "working_f_number": lb.working_f_number(lens, film_distance)}
     except lb.LensError:
-        return found
+        return readings
 
 
 def _intrinsics(lens, film) -> dict[str, float] | None:
@@ -193,10 +193,10 @@ def _intrinsics(lens, film) -> dict[str, float] | None:
         return None
     film = replace(film, pixels_x=PIXELS, pixels_y=round(PIXELS * film.height / film.width))
     try:
-        found = lb.LensCamera(lens, film).intrinsics
+        intrinsics = lb.LensCamera(lens, film).intrinsics
     except (lb.FocusError, lb.CameraError):
         return None
-    return {"width": film.pixels_x, "height": film.pixels_y, **found._asdict()}
+    return {"width": film.pixels_x, "height": film.pixels_y, **intrinsics._asdict()}
 
 
 # The card of a lens
@@ -255,9 +255,9 @@ def _check(findings: list[dict[str, Any]]) -> str:
     if not findings:
         return "nothing found"
     first = (doubts or findings)[0]
-    place = "" if first["surface"] is None else f"surface {first['surface']}: "
+    surface = "" if first["surface"] is None else f"surface {first['surface']}: "
     others = len(findings) - 1
-    return f"{'' if doubts else 'no doubts; '}{place}{first['message']}" + (
+    return f"{'' if doubts else 'no doubts; '}{surface}{first['message']}" + (
         f" (and {others} more: `lensbench check`)" if others else "")
 
 
@@ -325,14 +325,14 @@ def _print(report: dict[str, Any]) -> None:
     print(f"{report['file']}: {len(findings)} finding{'s' if len(findings) > 1 else ''}")
     width = max(len(finding["kind"]) for finding in findings)
     causes = [finding for finding in findings if finding["change"] is not None]
-    for heading, found in (
+    for heading, group in (
             (f"Probable cause{'s, the most probable first' if len(causes) > 1 else ''}", causes),
             ("Findings", [f for f in findings if f["change"] is None and f["severity"] == "warning"]),
             ("Notes", [f for f in findings if f["change"] is None and f["severity"] == "note"])):
-        if found and len(found) < len(findings):
+        if group and len(group) < len(findings):
             print(f" {heading}")
-        for finding in found:
-            place = "" if finding["surface"] is None else f"surface {finding['surface']}"
-            print(f"  {finding['kind']:{width}}  {place:11}  {finding['message']}")
+        for finding in group:
+            surface = "" if finding["surface"] is None else f"surface {finding['surface']}"
+            print(f"  {finding['kind']:{width}}  {surface:11}  {finding['message']}")
             if finding["proposal"]:
                 print(f"  {'':{width}}  {'':11}  Proposal: {finding['proposal']}")

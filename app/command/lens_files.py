@@ -169,8 +169,8 @@ def trace(arguments: argparse.Namespace) -> int:
     columns["surface"] = traced.surface.tolist()
     text = json.dumps(columns) + "\n" if suffix == ".json" else _csv(columns)
     if arguments.output:
-        with replacing(Path(arguments.output)) as part:
-            part.write_text(text, encoding="utf-8", newline="\n")
+        with replacing(Path(arguments.output)) as partial_file:
+            partial_file.write_text(text, encoding="utf-8", newline="\n")
         counts = {name: columns["fate"].count(name) for name in dict.fromkeys(columns["fate"])}
         print(f"{arguments.output}: {len(rays)} rays: {', '.join(f'{n} {name}' for name, n in counts.items())}")
     else:
@@ -224,13 +224,13 @@ def _cells(content: str) -> list[str]:
     return content.split()
 
 
-def _order(cells: list[str], place: str) -> list[int]:
+def _order(cells: list[str], position: str) -> list[int]:
     """Indices of the six columns, from a heading."""
     names = [re.sub(r"\s*\(.*\)", "", cell).strip().lower() for cell in cells]
     names = [NAMES.get(name, name) for name in names]
     for name in COLUMNS:
         if names.count(name) != 1:
-            raise RaysError(f"{place}: the heading needs one column {excerpt(name)} (columns: {' '.join(COLUMNS)})")
+            raise RaysError(f"{position}: the heading needs one column {excerpt(name)} (columns: {' '.join(COLUMNS)})")
     return [names.index(name) for name in COLUMNS]
 
 
@@ -242,15 +242,15 @@ def _is_float(text: str) -> bool:
     return True
 
 
-def _ray(cells: list[str], place: str) -> list[float]:
+def _ray(cells: list[str], position: str) -> list[float]:
     """The six finite numbers of a ray; RaysError if the last three are all 0."""
     numbers = []
     for name, cell in zip(COLUMNS, cells, strict=True):
         if not _is_float(cell) or not math.isfinite(float(cell)):
-            raise RaysError(f"{place}: {name} is {excerpt(cell)}: it must be a finite number")
+            raise RaysError(f"{position}: {name} is {excerpt(cell)}: it must be a finite number")
         numbers.append(float(cell))
     if not any(numbers[3:]):
-        raise RaysError(f"{place}: the direction l m n is 0 0 0")
+        raise RaysError(f"{position}: the direction l m n is 0 0 0")
     return numbers
 
 

@@ -59,19 +59,19 @@ def lenses(arguments: argparse.Namespace) -> int:
     if focal is not None and focal[0] == focal[1]:          # an engraved 50 mm may be 51.6 mm
         focal = (0.95 * focal[0], 1.05 * focal[1])
     try:
-        found = filtered(cards, kind=arguments.kind, maker=arguments.maker, fastest=arguments.faster, focal=focal,
+        matches = filtered(cards, kind=arguments.kind, maker=arguments.maker, fastest=arguments.faster, focal=focal,
                          years=arguments.year, zooms=True if arguments.zoom else False if arguments.prime else None,
                          aspheres=True if arguments.asphere else None, film=arguments.format)
     except SearchError as error:
         raise UsageError(str(error)) from None
     if arguments.search.strip():
-        found = searched(found, arguments.search)
+        matches = searched(matches, arguments.search)
     if arguments.sort or not arguments.search.strip():
-        found = tuple(sorted(found, key=ORDERS[arguments.sort or "name"]))
+        matches = tuple(sorted(matches, key=ORDERS[arguments.sort or "name"]))
     if arguments.json:
-        print_json([{**asdict(card), "zooms": card.zooms} for card in found])
-    elif found:
-        _print_table(found)
+        print_json([{**asdict(card), "zooms": card.zooms} for card in matches])
+    elif matches:
+        _print_table(matches)
     else:
         print(f"No lens of the {len(cards)} passes all of these filters")
     return 0

@@ -47,7 +47,7 @@ def add_field_chart_options(parser: argparse.ArgumentParser) -> None:
 def read_numbers(text: str) -> tuple[int, ...]:
     """“3,5,9”: numbers of views across."""
     try:
-        numbers = tuple(int(part) for part in text.split(","))
+        numbers = tuple(int(number) for number in text.split(","))
     except ValueError:
         numbers = ()
     if not numbers or not all(1 <= number <= 99 for number in numbers):
@@ -128,7 +128,7 @@ def read_place(text: str) -> tuple[float, float]:
     """“0.5,0”: a point of the pupil, in its radii."""
     parts = text.split(",")
     try:
-        u, v = (float(part) for part in parts)
+        u, v = (float(number) for number in parts)
     except ValueError:
         raise ValueError(f"“{text}”: type two numbers with a comma, in radii of the pupil, such as 0.5,0") from None
     return u, v
@@ -177,9 +177,9 @@ def _refocus(arguments: argparse.Namespace) -> int:
     path = checked_picture_path(arguments.output)
     recording = load_light_field(arguments.field)
     field, settings = recording.field, recording.settings
-    wanted = settings.focus_distance if arguments.focus is None else arguments.focus
-    replace(settings, focus_distance=wanted).checked()
-    distance = max(wanted, recording.nearest)
+    focus = settings.focus_distance if arguments.focus is None else arguments.focus
+    replace(settings, focus_distance=focus).checked()
+    distance = max(focus, recording.nearest)
     if arguments.moment is not None:
         if arguments.moment > len(field.instants):
             raise UsageError(f"--moment {arguments.moment}: this light field holds {len(field.instants)}")
@@ -187,7 +187,7 @@ def _refocus(arguments: argparse.Namespace) -> int:
     picture = field.refocus(recording.seen(distance), arguments.f_number, arguments.view)
     save_picture(path, picture, replace(settings, focus_distance=distance,
                                         f_number=arguments.f_number or settings.f_number))
-    note = "" if distance == wanted else f", the nearest distance instead of {significant(wanted / 1000.0, 4)} m"
+    note = "" if distance == focus else f", the nearest distance instead of {significant(focus / 1000.0, 4)} m"
     near, far = recording.clear_range
     unknown = recording.unknown(Look("focus", distance, arguments.f_number, arguments.view))
     if unknown > 0.0:

@@ -77,25 +77,25 @@ def _view(arguments: argparse.Namespace) -> int:
 
 def _format(value: Any) -> str:
     if isinstance(value, list):
-        return " ".join(_format(part) for part in value)
+        return " ".join(_format(number) for number in value)
     return significant(value, 4) if isinstance(value, float) else f"{value}"
 
 
 def _of_depth(arguments: argparse.Namespace, recording: Recording, path: Path | None):
     """Picture, figures and settings of the depth, or of the all-in-focus picture."""
     with progress() as show:
-        found = recording.find_depth(
+        depth = recording.find_depth(
             arguments.nearest, math.inf if arguments.farthest is None else arguments.farthest, show)
-    sure = found.confidence > 0.5
-    far, near = (end / 1000.0 for end in ends(found))
-    near_by = sure & np.isfinite(found.distance)
-    parts = found.error[near_by] / found.distance[near_by]
+    sure = depth.confidence > 0.5
+    far, near = (end / 1000.0 for end in ends(depth))
+    near_by = sure & np.isfinite(depth.distance)
+    parts = depth.error[near_by] / depth.distance[near_by]
     figures = {"nearest_m": near, "farthest_m": far if math.isfinite(far) else "inf",
-               "sure_percent": 100.0 * float(sure.mean()), "median_confidence": float(np.median(found.confidence)),
+               "sure_percent": 100.0 * float(sure.mean()), "median_confidence": float(np.median(depth.confidence)),
                "median_error_percent": 100.0 * float(np.median(parts)) if parts.size else math.nan}
     if arguments.all_in_focus:
-        return found.picture, figures, recording.settings
-    return depth_picture(found, path or Path("depth.exr")), figures, with_codes(recording.settings)
+        return depth.picture, figures, recording.settings
+    return depth_picture(depth, path or Path("depth.exr")), figures, with_codes(recording.settings)
 
 
 def _of_rays(arguments: argparse.Namespace, recording: Recording, large: bool):
@@ -103,11 +103,11 @@ def _of_rays(arguments: argparse.Namespace, recording: Recording, large: bool):
     field, (w, h) = recording.field, (recording.settings.pixels_x, recording.settings.pixels_y)
     across, down = field.views
     if arguments.at is not None:
-        place = np.array(arguments.at)
-        if not np.isfinite(place).all() or np.abs(place).max() > field.reach:
-            raise UsageError(f"--at {significant(place[0])} {significant(place[1])}: the recorded cells reach from "
+        spot = np.array(arguments.at)
+        if not np.isfinite(spot).all() or np.abs(spot).max() > field.reach:
+            raise UsageError(f"--at {significant(spot[0])} {significant(spot[1])}: the recorded cells reach from "
                              f"{significant(-field.reach, 3)} to {significant(field.reach, 3)}, in radii of the pupil")
-        j, i = (int(k) for k in np.unravel_index(np.argmin(((field.places - place) ** 2).sum(-1)), (down, across)))
+        j, i = (int(k) for k in np.unravel_index(np.argmin(((field.places - spot) ** 2).sum(-1)), (down, across)))
         covered = field.coverage[j, i].astype(float)
         return field.view(i, j), {
             "view": [i, j], "place": field.places[j, i].tolist(),
@@ -122,12 +122,12 @@ def _of_rays(arguments: argparse.Namespace, recording: Recording, large: bool):
     x, y = arguments.pixel
     if not (0 <= x < w and 0 <= y < h):
         raise UsageError(f"--pixel {x} {y}: the pixels of the views are 0 to {w - 1} across and 0 to {h - 1} down")
-    seen = radiance(recording, (x, y))
+    radiances = radiance(recording, (x, y))
     rays = [[ray(recording, (x, y), (i, j)) for i in range(across)] for j in range(down)]
-    shown = seen[::-1].repeat(CELL_PIXELS, 0).repeat(CELL_PIXELS, 1) if large else seen[::-1]
+    shown = radiances[::-1].repeat(CELL_PIXELS, 0).repeat(CELL_PIXELS, 1) if large else radiances[::-1]
     return shown, {
-        "pixel": [x, y], "mean_radiance": seen.mean((0, 1)).tolist(),
-        "coverage": field.coverage[:, :, y, x].astype(float).tolist(), "radiance": seen.astype(float).tolist(),
+        "pixel": [x, y], "mean_radiance": radiances.mean((0, 1)).tolist(),
+        "coverage": field.coverage[:, :, y, x].astype(float).tolist(), "radiance": radiances.astype(float).tolist(),
         "radiance_over_time": radiance_over_time(recording, (x, y)).astype(float).tolist(),
         "film_mm": [[list(film) for film, _ in row] for row in rays],
         "pupil_mm": [[list(pupil) for _, pupil in row] for row in rays]}

@@ -43,9 +43,9 @@ def read_film(text: str) -> tuple[float, float]:
     from lensbench import FORMATS
 
     plain = {_plain(name): size for name, size in FORMATS.items()}
-    found = [size for name, size in plain.items() if _plain(text) and name.startswith(_plain(text))]
-    if len(found) == 1:
-        return found[0]
+    sizes = [size for name, size in plain.items() if _plain(text) and name.startswith(_plain(text))]
+    if len(sizes) == 1:
+        return sizes[0]
     match = re.fullmatch(r"\s*(\d+\.?\d*)\s*[x×]\s*(\d+\.?\d*)\s*(?:mm)?\s*", text.lower())
     if match is not None:
         return float(match[1]), float(match[2])
@@ -155,9 +155,9 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
 def _locked(arguments: argparse.Namespace) -> set[str]:
     """What the options name, so that the lens at its best leaves it."""
     placing = ("focus", "position", "yaw", "pitch", "end_position")
-    given = {FILM: arguments.film is not None, APERTURE: "f_number" in arguments,
+    named = {FILM: arguments.film is not None, APERTURE: "f_number" in arguments,
              FOCUS: any(getattr(arguments, name) is not None for name in placing)}
-    return {name for name, is_given in given.items() if is_given}
+    return {name for name, is_given in named.items() if is_given}
 
 
 def _name_or_file(text: str) -> str:

@@ -100,8 +100,8 @@ def save_json(path: Path, data: Any) -> None:
     """Write data as `print_json` prints it; ExportError if the file cannot be written."""
     from lensbench.app.session.export import replacing
 
-    with replacing(path) as part:
-        part.write_text(_json_text(data) + "\n", encoding="utf-8")
+    with replacing(path) as partial_file:
+        partial_file.write_text(_json_text(data) + "\n", encoding="utf-8")
 
 
 def _json_text(data: Any) -> str:

@@ -67,8 +67,8 @@ def render(arguments: argparse.Namespace) -> int:
         raise UsageError("which LENS? Name one, an exported picture, or --settings (see lensbench render --help)")
     settings = settings_from(arguments)
     said = set()
-    for option, wanted in (("ghosts", settings.ghosts), ("stars", settings.stars)):
-        if wanted and (reason := lb.why_no_ghosts(camera(settings), cached_scene(settings.scene))):
+    for option, amount in (("ghosts", settings.ghosts), ("stars", settings.stars)):
+        if amount and (reason := lb.why_no_ghosts(camera(settings), cached_scene(settings.scene))):
             said.add(reason.replace("ghosts", option))
             say(f"--{option}: {reason.replace('ghosts', option)}")
     remark = wavelength_remark(settings)
@@ -89,8 +89,8 @@ def render(arguments: argparse.Namespace) -> int:
     if arguments.frames is not None:
         pictures = frames(settings, Path(arguments.output), arguments.frames)
 
-    def show_part(i: int, part: float) -> None:
-        show((i + part) / len(pictures))
+    def show_part(i: int, share: float) -> None:
+        show((i + share) / len(pictures))
 
     begun = perf_counter()
     done: list[dict[str, Any]] = []
@@ -100,22 +100,22 @@ def render(arguments: argparse.Namespace) -> int:
                     picture, path, arguments.until_noise is not None):
                 continue
             started = perf_counter()
-            found = export_render(picture, path, arguments.bits or 8,
+            rendered = export_render(picture, path, arguments.bits or 8,
                                   partial(show_part, i), threads=arguments.threads,
                                   text=arguments.text, noise=arguments.until_noise, resume=arguments.resume,
                                   stopping=lambda: bool(signals))
-            if found is None:
+            if rendered is None:
                 which = f"in picture {i + 1} of {len(pictures)}, " if len(pictures) > 1 else ""
                 print(f"lensbench: stopped {which}after {fixed(perf_counter() - begun, 0)} s; the samples are in "
                       f"{kept_path(path)}, and the same command goes on from there", file=sys.stderr)
                 return 128 + signals[0]
-            for each in found.findings:
-                if each.message not in said:
-                    said.add(each.message)
-                    say(f"{path}: {each}")
-            done.append(_figures(path, found, arguments.until_noise, perf_counter() - started))
+            for finding in rendered.findings:
+                if finding.message not in said:
+                    said.add(finding.message)
+                    say(f"{path}: {finding}")
+            done.append(_figures(path, rendered, arguments.until_noise, perf_counter() - started))
             if not arguments.json:
-                print(_summary(done[-1], found))
+                print(_summary(done[-1], rendered))
     if len(done) < len(pictures) and (arguments.until_noise is not None or arguments.bits is not None):
         say("--resume: frames that were there keep their noise and bit depth")
     if arguments.json:
@@ -153,7 +153,7 @@ def _is_there(settings: "Settings", path: Path, any_samples: bool) -> bool:
     from lensbench.app.session.export import ExportError, read_settings
 
     named = [*scene_files(settings.scene), *map(Path, (settings.lens, settings.stop_image, own_picture(settings)))]
-    if path.exists() and any(each.is_file() and each.stat().st_mtime_ns > path.stat().st_mtime_ns for each in named):
+    if path.exists() and any(file.is_file() and file.stat().st_mtime_ns > path.stat().st_mtime_ns for file in named):
         return False
     try:
         there = read_settings(path) if path.exists() else None
@@ -162,27 +162,28 @@ def _is_there(settings: "Settings", path: Path, any_samples: bool) -> bool:
         return False
 
 
-def _figures(path: Path, found: "Rendered", wanted: float | None, seconds: float) -> dict[str, Any]:
+def _figures(path: Path, rendered: "Rendered", noise: float | None, seconds: float) -> dict[str, Any]:
     from lensbench.app.bench.auto_model import record
 
-    down, across = found.shape
-    return {"path": str(path), "pixels": [across, down], "samples": found.samples, "seconds": seconds,
-            "samples_per_second": across * down * found.samples / seconds, "noise": found.noise,
-            "noise_reached": None if wanted is None else found.noise is not None and found.noise <= wanted,
-            "findings": [str(each) for each in found.findings], "chosen": found.choice and record(found.choice)}
+    down, across = rendered.shape
+    return {"path": str(path), "pixels": [across, down], "samples": rendered.samples, "seconds": seconds,
+            "samples_per_second": across * down * rendered.samples / seconds, "noise": rendered.noise,
+            "noise_reached": None if noise is None else rendered.noise is not None and rendered.noise <= noise,
+            "findings": [str(finding) for finding in rendered.findings],
+            "chosen": rendered.choice and record(rendered.choice)}
 
 
-def _summary(figures: dict[str, Any], found: "Rendered") -> str:
+def _summary(figures: dict[str, Any], rendered: "Rendered") -> str:
     """The figures of a picture in a line, and the choice of its model in another."""
     from lensbench.app.bench.auto_model import choice_summary
 
     across, down = figures["pixels"]
-    words = [f"{across} × {down} pixels", f"{found.samples} sample{'s' if found.samples > 1 else ''} each",
+    words = [f"{across} × {down} pixels", f"{rendered.samples} sample{'s' if rendered.samples > 1 else ''} each",
              f"{fixed(figures['seconds'], 1)} s"]
-    if found.noise is not None:
-        words.append(f"noise {significant(100.0 * found.noise, 2)} %"
+    if rendered.noise is not None:
+        words.append(f"noise {significant(100.0 * rendered.noise, 2)} %"
                      + ("" if figures["noise_reached"] else ", above the noise asked for: give more --samples"))
     lines = [f"{figures['path']}: {', '.join(words)}"]
-    if found.choice is not None:
-        lines.append(", ".join(choice_summary(found.choice, None)))
+    if rendered.choice is not None:
+        lines.append(", ".join(choice_summary(rendered.choice, None)))
     return "\n".join(lines)

@@ -41,7 +41,7 @@ def read_part(text: str) -> str:
 
 def read_parts(text: str) -> list[str]:
     """“pupil,tracer”: the names of parts."""
-    return [read_part(part) for part in text.split(",") if part]
+    return [read_part(word) for word in text.split(",") if word]
 
 
 def bench(arguments: argparse.Namespace) -> int:
@@ -133,13 +133,13 @@ def _models(arguments: argparse.Namespace, report: Callable[[float], bool]) -> M
     from lensbench.app.studies.charts.peers import PEERS, installed
     from lensbench.app.studies.charts.sheet import draw
 
-    found, left_out = subjects(arguments)
+    lenses, left_out = subjects(arguments)
     peers = installed()
-    made = charts(found, report, peers)
+    made = charts(lenses, report, peers)
     if len(peers) < len(PEERS):
         absent = ", ".join(name for name in PEERS if name not in peers)
         left_out.append(f"{absent}: not installed (pip install 'lensbench[peers]')")
-    return Made([table(each) for each in made], plain(made),
+    return Made([table(figure) for figure in made], plain(made),
                 lambda path, heading: draw(made, path, arguments.summary, heading), left_out)
 
 
@@ -148,7 +148,7 @@ def _others(arguments: argparse.Namespace, report: Callable[[float], bool]) -> M
     from lensbench.app.studies.charts.panels import TITLES, panels
 
     made = panels(arguments, report)
-    return Made([panel_table(each) for each in made], plain_panels(made),
+    return Made([panel_table(panel) for panel in made], plain_panels(made),
                 lambda path, heading: draw_panels(made, path, TITLES[arguments.of], heading), [])
 
 
@@ -167,10 +167,10 @@ def read_family(text: str) -> str:
     """The one family whose name begins with a text; ValueError lists the families where there is not exactly one."""
     from lensbench.app.studies.stability.plots import FAMILIES
 
-    found = [name for name in FAMILIES if text and name.lower().startswith(text.strip().lower())]
-    if len(found) != 1:
+    families = [name for name in FAMILIES if text and name.lower().startswith(text.strip().lower())]
+    if len(families) != 1:
         raise ValueError(f"“{text}”: the families are {', '.join(name.lower() for name in FAMILIES)}")
-    return found[0]
+    return families[0]
 
 
 def stability(arguments: argparse.Namespace) -> int:
@@ -182,26 +182,26 @@ def stability(arguments: argparse.Namespace) -> int:
 
     folder = None if arguments.output is None else _made(Path(arguments.output))
     suffix = ".png" if arguments.png else ".svg"
-    wanted = [(family, measure) for family, sweeps in FAMILIES.items()
+    chosen = [(family, measure) for family, sweeps in FAMILIES.items()
               if not arguments.families or family in arguments.families for measure in sweeps.values()]
-    found: list[tuple[str, Sweep]] = []
-    with progress() as show, progress_to(lambda part: show((len(found) + part) / len(wanted))):
-        for family, measure in wanted:
-            show(len(found) / len(wanted))
-            found.append((family, measure()))
+    sweeps_done: list[tuple[str, Sweep]] = []
+    with progress() as show, progress_to(lambda share: show((len(sweeps_done) + share) / len(chosen))):
+        for family, measure in chosen:
+            show(len(sweeps_done) / len(chosen))
+            sweeps_done.append((family, measure()))
             if folder is not None:
-                save_plot(found[-1][1], folder / file_name(*found[-1], suffix))
+                save_plot(sweeps_done[-1][1], folder / file_name(*sweeps_done[-1], suffix))
     if folder is not None:
-        maps = DOMAINS + suffix if "Models" in {family for family, _ in wanted} else ""
+        maps = DOMAINS + suffix if "Models" in {family for family, _ in chosen} else ""
         if maps:
             save_domains(domains(), folder / maps)
-        save_index(found, folder, suffix, maps)
+        save_index(sweeps_done, folder, suffix, maps)
     if arguments.json:
-        print_json([_data(family, sweep) for family, sweep in found])
+        print_json([_data(family, sweep) for family, sweep in sweeps_done])
         return 0
-    print("\n".join(_table(found)))
+    print("\n".join(_table(sweeps_done)))
     if folder is not None:
-        print(f"\n{folder / INDEX}: {len(found)} plots")
+        print(f"\n{folder / INDEX}: {len(sweeps_done)} plots")
     return 0
 
 
@@ -216,12 +216,12 @@ def _made(folder: Path) -> Path:
     return folder
 
 
-def _table(found: "list[tuple[str, Sweep]]") -> list[str]:
+def _table(sweeps: "list[tuple[str, Sweep]]") -> list[str]:
     """Lines of a table: method, safe up to, fails at, result there; a star marks methods that the program relies on."""
     from lensbench.app.studies.stability.sweep import quantity_text
 
     rows = [[(curve, (("* " if curve.own else "  ") + curve.name, *sweep.words(curve))) for curve in sweep.curves]
-            for _, sweep in found]
+            for _, sweep in sweeps]
     head = ("  Method", "Safe up to", "Fails at", "What it returns there")
     widths = [max(len(words[column]) for words in (head, *(words for group in rows for _, words in group)))
               for column in range(3)]
@@ -230,7 +230,7 @@ def _table(found: "list[tuple[str, Sweep]]") -> list[str]:
         return "  ".join([*(text.ljust(width) for text, width in zip(words, widths, strict=False)), words[3]]).rstrip()
 
     lines = [line(head)]
-    for (family, sweep), group in zip(found, rows, strict=True):
+    for (family, sweep), group in zip(sweeps, rows, strict=True):
         lines += ["", f"{family}: {sweep.title}, against {sweep.axis[:1].lower()}{sweep.axis[1:]}; "
                   f"limit {quantity_text(sweep.limit, sweep.measure_unit)}, {sweep.why}"]
         for curve, words in group:

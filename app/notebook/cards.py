@@ -87,11 +87,11 @@ def _axial_rays(lens: lb.Lens, end: float, focus_distance: float, left: float) -
                  np.stack([zero, slopes, zero + 1.0], 1), record=True)
     passed = np.flatnonzero(t.fate == lb.Fate.PASSED)
     assert t.paths is not None
-    found = []
+    paths = []
     for k in passed[np.unique(np.linspace(0, len(passed) - 1, RAYS).round().astype(int))] if len(passed) else ():
         (_, y, z), (_, m, n) = t.points[k], t.directions[k]
-        found.append(np.array([*t.paths[k][:, [2, 1]], [end, y + (end - z) * m / n]]))
-    return found
+        paths.append(np.array([*t.paths[k][:, [2, 1]], [end, y + (end - z) * m / n]]))
+    return paths
 
 
 def lens_card(lens: lb.Lens) -> str:
@@ -168,7 +168,7 @@ class Page:
 
     def __init__(self, parts: list[str]):
         self.html = ('<div style="display:flex; flex-wrap:wrap; gap:16px; align-items:flex-start">'
-                     + "".join(f"<div>{part}</div>" for part in parts) + "</div>")
+                     + "".join(f"<div>{element}</div>" for element in parts) + "</div>")
 
     def _repr_html_(self) -> str:
         return self.html
@@ -199,17 +199,17 @@ def show(*things: Any, exposure: float = 0.0, tone: str = "filmic", open_browser
     """
     if not things:
         raise TypeError("show what? Give a lens, a camera, a scene or a picture")
-    page = Page([_part(thing, exposure, tone) for thing in things])
+    page = Page([_element(thing, exposure, tone) for thing in things])
     in_notebook = notebook_display() is not None
     if open_browser or (open_browser is None and not in_notebook):
         with tempfile.NamedTemporaryFile("w", suffix=".html", prefix="lensbench-", delete=False) as file:
-            place = Path(file.name)
-        page.save(place)
-        webbrowser.open(place.as_uri())
+            path = Path(file.name)
+        page.save(path)
+        webbrowser.open(path.as_uri())
     return page
 
 
-def _part(thing: Any, exposure: float, tone: str) -> str:
+def _element(thing: Any, exposure: float, tone: str) -> str:
     if isinstance(thing, str):
         return f"<p>{html.escape(thing)}</p>"
     if isinstance(thing, lb.Lens):

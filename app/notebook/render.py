@@ -40,27 +40,27 @@ class _Html:
 
 
 @contextmanager
-def shown_progress(wanted: bool | Callable[[float], object] | None) -> Iterator[Callable[[float], object] | None]:
+def shown_progress(progress: bool | Callable[[float], object] | None) -> Iterator[Callable[[float], object] | None]:
     """Function to call with the share that is done, 0 to 1; None where no progress is shown.
 
     wanted: a function of the caller; True or False for a bar; None: a bar in a notebook alone.
     """
-    if callable(wanted):
-        yield wanted
+    if callable(progress):
+        yield progress
         return
     display = notebook_display()
-    if wanted is False or display is None:
+    if progress is False or display is None:
         yield None
         return
     started, handle = perf_counter(), None
 
-    def show(part: float) -> None:
+    def show(share: float) -> None:
         nonlocal handle
         passed = perf_counter() - started
         if handle is None and passed > SILENT:
-            handle = display(_Html(_bar(part, passed)), display_id=True)
+            handle = display(_Html(_bar(share, passed)), display_id=True)
         elif handle is not None:
-            handle.update(_Html(_bar(part, passed)))
+            handle.update(_Html(_bar(share, passed)))
 
     try:
         yield show
@@ -69,9 +69,9 @@ def shown_progress(wanted: bool | Callable[[float], object] | None) -> Iterator[
             handle.update(_Html(""))
 
 
-def _bar(part: float, passed: float) -> str:
-    left = f"{fixed(passed / part - passed, 0)} s left" if part > 0.02 else ""
-    return f'<progress value="{fixed(part, 3)}"></progress> {fixed(100.0 * part, 0)} % {left}'
+def _bar(share: float, passed: float) -> str:
+    left = f"{fixed(passed / share - passed, 0)} s left" if share > 0.02 else ""
+    return f'<progress value="{fixed(share, 3)}"></progress> {fixed(100.0 * share, 0)} % {left}'
 
 
 MOST_BATCH = 16                 # samples between two steps of the progress bar
@@ -109,14 +109,14 @@ def render(camera: "lb.Camera | str | os.PathLike[str]", scene: "lb.Scene | str 
     if samples < 1:
         raise ValueError(f"{samples} samples a pixel: at least 1 is needed")
     scene_name = os.fspath(scene) if isinstance(scene, str | Path) else None
-    found = find_scene(scene_name) if scene_name is not None else scene
-    if not isinstance(found, lb.Scene):
+    world = find_scene(scene_name) if scene_name is not None else scene
+    if not isinstance(world, lb.Scene):
         raise TypeError(f"{_kind(scene)} is not a scene: give an lb.Scene, the name of a built-in scene "
                         f"({', '.join(lb.SCENES)}) or the path of a scene file")
-    view = _camera(camera, found, scene_name)
-    if flare is not None and lb.why_no_ghosts(view, found):
-        raise ValueError(lb.why_no_ghosts(view, found))
-    rendering = Rendering(view, found, seed, flare=flare)
+    view = _camera(camera, world, scene_name)
+    if flare is not None and lb.why_no_ghosts(view, world):
+        raise ValueError(lb.why_no_ghosts(view, world))
+    rendering = Rendering(view, world, seed, flare=flare)
     with shown_progress(progress) as show:
         if show is None:
             rendering.add(samples, threads=threads)

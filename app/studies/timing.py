@@ -40,7 +40,7 @@ class Time(NamedTuple):
     least: float
     median: float
 
-    def each(self, count: int) -> "Time":
+    def per_item(self, count: int) -> "Time":
         """Time of one of `count` items (ns)."""
         return Time(1e9 * self.least / count, 1e9 * self.median / count)
 
@@ -81,28 +81,28 @@ def time_in_turn(works: dict[str, Callable[[], object]], seconds: float, rounds:
 
 def least_times(works: dict[str, Callable[[], object]], seconds: float = 0.25) -> dict[str, float]:
     """Least time (s) of each piece of work; all run in turn for about `seconds` each."""
-    return {name: found.least for name, found in time_in_turn(works, seconds, rounds=1).items()}
+    return {name: times.least for name, times in time_in_turn(works, seconds, rounds=1).items()}
 
 
 @njit(nogil=True, cache=True)
-def _repeated(lanes, given, code, key, times):
+def _repeated(lanes, rays, code, key, times):
     """Run the steps of a Program over one block `times` times; restore the rays before each run."""
     for _ in range(times):
-        for i in range(given.size):
-            lanes[FIRST + i] = given[i]
+        for i in range(rays.size):
+            lanes[FIRST + i] = rays[i]
         run_steps(lanes, code, key)
 
 
-def streamed(steps: list[Step], given: dict[int, np.ndarray], real=np.float32) -> Callable[[], None]:
+def streamed(steps: list[Step], rays: dict[int, np.ndarray], real=np.float32) -> Callable[[], None]:
     """A piece of work that runs the steps BLOCKS times over one block of lanes, which stays in the first-level cache.
 
     given: {row: (B,) values}. Rows that a camera writes, from X on, are restored before each run.
     """
     program, lanes = Program(steps, real), block.lane_buffer(real)
     table = lanes.reshape(block.ROWS, block.PITCH)
-    for row, values in given.items():
+    for row, values in rays.items():
         table[row, :B] = values
-    kept = lanes[FIRST:max((row for row in given if row <= block.WEIGHT), default=0) * block.PITCH + B].copy()
+    kept = lanes[FIRST:max((row for row in rays if row <= block.WEIGHT), default=0) * block.PITCH + B].copy()
     return partial(_repeated, lanes, kept, program.code, np.zeros(block.KEYS, np.uint32), BLOCKS)
 
 

@@ -92,10 +92,10 @@ class AnalysisWorker:
     def follow(self, jobs: Mapping[str, Job]) -> None:
         """Begin what the panels of this frame or the last will want next; those without a job go on wanting theirs."""
         with self._lock:
-            for wanted in (self._wanted, self._asked):
-                for name, (job, _) in wanted.items():
+            for jobs_of_frame in (self._wanted, self._asked):
+                for name, (job, _) in jobs_of_frame.items():
                     if jobs.get(name, job) != job:
-                        wanted[name] = jobs[name], monotonic()
+                        jobs_of_frame[name] = jobs[name], monotonic()
             self._begin()
 
     def await_coarse(self) -> None:
@@ -144,10 +144,10 @@ class AnalysisWorker:
 
     def _begin(self) -> None:
         """Compute on a thread what is wanted, if anything is, unless one is at work."""
-        found = self._next()
-        if found is not None and not self._is_working(refined=found[2]):
+        job = self._next()
+        if job is not None and not self._is_working(refined=job[2]):
             self._free = monotonic()
-            self._tasks[found[2]] = Task("Analysis", partial(self._work, found[2]), self._wake, lowered=found[2])
+            self._tasks[job[2]] = Task("Analysis", partial(self._work, job[2]), self._wake, lowered=job[2])
 
     def _is_working(self, refined: bool) -> bool:
         return refined in self._tasks and not self._tasks[refined].done
@@ -175,10 +175,10 @@ class AnalysisWorker:
         while not task.cancelled:
             pause(self._pauses)
             with self._lock:
-                found = self._next()
-            if found is None or found[2] != refined:
+                urgent = self._next()
+            if urgent is None or urgent[2] != refined:
                 return
-            name, job, _ = found
+            name, job, _ = urgent
             began = thread_time()
             try:
                 with pausing(partial(self._refined_pauses, name, job) if refined else self._pauses):
@@ -210,8 +210,8 @@ class AnalysisWorker:
 
     def _is_of_another(self, name: str, job: Job) -> bool:
         """Whether a panel shows something else than this job, or is gone."""
-        wanted = self._asked.get(name) or self._wanted.get(name)
-        return wanted is None or wanted[0] != job
+        newest = self._asked.get(name) or self._wanted.get(name)
+        return newest is None or newest[0] != job
 
 
 def _answer(job: Job, refined: bool) -> Answer:

@@ -55,11 +55,11 @@ PARTS = {"optics": "lens", "pupils": "lens", "lens_models": "lens", "analysis": 
 
 def missing_kernels(settings: Settings) -> list[tuple[Any, Any]]:
     """Kernels and signatures of the first picture that are compiled nowhere; ValueError, OSError."""
-    return [(kernel, signature) for kernel, signature in dict.fromkeys(_wanted(settings))
+    return [(kernel, signature) for kernel, signature in dict.fromkeys(_needed(settings))
             if not is_compiled(kernel, signature)]
 
 
-def _wanted(settings: Settings) -> Iterator[tuple[Any, Any]]:
+def _needed(settings: Settings) -> Iterator[tuple[Any, Any]]:
     """Kernels of a first picture with their signatures: first those that set up the lens, then those of its passes.
 
     Those of any scene, and of a lens of rotational symmetry, longest compilations first: others ask for theirs.
@@ -225,15 +225,15 @@ class Compilers:
     def plan(self) -> list[Part]:
         """What a first picture needs, part by part; empty where nothing was missing."""
         with self._change:
-            wanted, done = list(self._wanted), set(self._done)
-        if not wanted:
+            needed, done = list(self._wanted), set(self._done)
+        if not needed:
             return []
-        found = {title: [0, 0] for title in TITLES}
-        for key in wanted:
-            count = found[PARTS.get(key[0].split(".")[2], "camera")]
+        counts = {title: [0, 0] for title in TITLES}
+        for key in needed:
+            count = counts[PARTS.get(key[0].split(".")[2], "camera")]
             count[0] += key in done
             count[1] += 1
-        return [Part(title, have, asked) for title, (have, asked) in found.items() if asked]
+        return [Part(title, have, asked) for title, (have, asked) in counts.items() if asked]
 
     # The threads that need a kernel
 

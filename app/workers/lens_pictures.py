@@ -157,7 +157,7 @@ class LensPictures:
 
     def _started(self, process: subprocess.Popen[str]) -> None:
         with self._change:
-            self._processes = [each for each in self._processes if each.poll() is None] + [process]
+            self._processes = [running for running in self._processes if running.poll() is None] + [process]
             if self._stopped:
                 process.kill()
 

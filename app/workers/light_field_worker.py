@@ -143,11 +143,11 @@ class LightFieldWorker:
         """Show the recording with this look from now on."""
         if self.recording is None:
             return
-        wanted = self.recording, look.asked, self.found if look.show == "depth" else None
-        if wanted == self._wanted:
+        request = self.recording, look.asked, self.found if look.show == "depth" else None
+        if request == self._wanted:
             return
         with self._change:
-            self._wanted, self._since = wanted, perf_counter()
+            self._wanted, self._since = request, perf_counter()
             if self._viewer is None:                # at full priority: the user waits for the picture
                 self._viewer = Task("Refocusing", self._show, self._wake, lowered=False)
             self._change.notify_all()
@@ -237,15 +237,15 @@ class LightFieldWorker:
                     if rest is not None and rest <= 0.0:
                         break
                     self._change.wait(rest)
-                wanted, refined = self._wanted, self._wanted == self._done
-            if viewer.cancelled or wanted is None:
+                request, refined = self._wanted, self._wanted == self._done
+            if viewer.cancelled or request is None:
                 return
-            self._answer(viewer, wanted, refined)
-            del wanted                                  # a recording is large, and this thread waits for long
+            self._answer(viewer, request, refined)
+            del request                                  # a recording is large, and this thread waits for long
 
-    def _answer(self, viewer: Task[None], wanted: Wanted, refined: bool) -> None:
+    def _answer(self, viewer: Task[None], request: Wanted, refined: bool) -> None:
         """Compute the picture that is wanted; nobody sees it if the recording was let go meanwhile."""
-        recording, look, depth = wanted
+        recording, look, depth = request
         coarse = (not refined and look.show == "focus" and isinstance(recording, Recording)
                   and recording.field.wide is not None)
         begin, picture = perf_counter(), None
@@ -268,7 +268,7 @@ class LightFieldWorker:
             if not refined:                             # no frame is held for a refined picture
                 self._seconds = perf_counter() - begin
             if self._wanted is not None:
-                self._done, self._refines = wanted, coarse and picture is not None
+                self._done, self._refines = request, coarse and picture is not None
                 self.field_picture = picture or self.field_picture
             self._change.notify_all()
         self._wake()

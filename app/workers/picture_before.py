@@ -44,14 +44,14 @@ class PictureBefore:
             return lit[1]
         return LightLayer.of(camera, [], [], None) if small_lights(scene.objects) else None
 
-    def own_light(self, rendering: Any, scene: Any, pool: Executor, threads: int, wanted: Callable[[], bool]) -> Any:
-        """The light image of a rendering; None when `wanted` cancelled.
+    def own_light(self, rendering: Any, scene: Any, pool: Executor, threads: int, goes_on: Callable[[], bool]) -> Any:
+        """The light image of a rendering; None when `goes_on` cancelled.
 
         Later pictures take over its layer, even if the rendering itself is given up meanwhile. They do not where the
         camera's rays leave out other light than before: the samples of a drag could not be reused then. The first layer
         of a scene they take over in any case.
         """
-        light_image = rendering.own_light(pool, threads, wanted)
+        light_image = rendering.own_light(pool, threads, goes_on)
         is_first = self._lit is None or self._lit[0] is not scene
         if light_image is not None and (is_first or rendering.leaves_out(light_image.left_out)):
             self.lend(scene, light_image.layer())
@@ -67,10 +67,10 @@ class PictureBefore:
 
         Where the camera's rays left out other light, the samples get no weight, and only their depth is used.
         """
-        seen = self._seen
-        if seen is None or settings.sample_view or seen[0] != _unmapped(settings):
+        last = self._seen
+        if last is None or settings.sample_view or last[0] != _unmapped(settings):
             return None
-        before = seen[2] if rendering.leaves_out(seen[1]) else seen[2]._replace(counts=np.zeros_like(seen[2].counts))
+        before = last[2] if rendering.leaves_out(last[1]) else last[2]._replace(counts=np.zeros_like(last[2].counts))
         return before.carried(rendering.camera, pool, threads)
 
     def keep(self, settings: Settings, rendering: Any, mixed: Any, image: NDArray[np.float32],
@@ -122,7 +122,7 @@ class PictureLights:
         if self._making is None or self._making[1].done():
             self._free = perf_counter()
             self._making = rendering, self._thread.submit(before.own_light, rendering, scene, self._pool,
-                                                          self._threads, self._wanted)
+                                                          self._threads, self._goes_on)
             self._making[1].add_done_callback(end)
 
     def of(self, rendering: Any, scene: Any, before: PictureBefore, finished: Finished) -> Any:
@@ -141,7 +141,7 @@ class PictureLights:
 
         self._thread.submit(trace_lights, scene).add_done_callback(lambda _: done())
 
-    def _wanted(self) -> bool:
+    def _goes_on(self) -> bool:
         """Whether lights are traced to their end."""
         pause(self._pauses)
         return self._alive()

@@ -148,13 +148,13 @@ class RenderWorker:
         """Go on after a pause."""
         self._note(_paused=False)
 
-    def hold(self, held: bool) -> None:
+    def hold(self, is_held: bool) -> None:
         """Leave the processor to other work: new settings get as many samples as in a pause."""
-        self._note(_held=held)
+        self._note(_held=is_held)
 
-    def want_depth(self, wanted: bool) -> None:
+    def want_depth(self, is_wanted: bool) -> None:
         """Whether the depth map is needed with the first sample, and not a little later."""
-        self._note(_depth_wanted=wanted)
+        self._note(_depth_wanted=is_wanted)
 
     @property
     def alive(self) -> bool:
@@ -295,10 +295,10 @@ class RenderWorker:
         awaited = first and (self._update is None or self._update.generation != job.generation)     # not a second model
         patience = start + FIRST_SECONDS if awaited else start
 
-        def wanted() -> bool:
+        def goes_on() -> bool:
             return self.alive and (job.generation == self._generation or perf_counter() < patience)
 
-        finished = partial(self._finished, wanted=wanted)
+        finished = partial(self._finished, goes_on=goes_on)
         if job.rendering.is_borrowing and job.rendering.samples:
             self._light(job, finished)
             return
@@ -321,14 +321,14 @@ class RenderWorker:
 
         pool = self._first_pool if first else self._pool
         count = max(1, min(job.pass_samples, self._present_target - rendering.samples))
-        added = passes.submit(rendering.add, count, pool, wanted)
+        added = passes.submit(rendering.add, count, pool, goes_on)
         if first and job.before is None:
             job.before = self._before.samples(job.settings, rendering, pool, self._threads)
         if not finished(added) or not added.result():
             return
         seconds = perf_counter() - start
         job.timed(count, seconds)
-        if wanted() or awaited:
+        if goes_on() or awaited:
             update = self._show(job)
             if first:                                   # neither the next pass nor the light must slow the frame down
                 if not rendering.is_borrowing:
@@ -358,13 +358,13 @@ class RenderWorker:
     def _show(self, job: RenderJob) -> RenderUpdate:
         """Hand the picture so far to the window, its first samples with those of the picture before."""
         rendering, plain = job.rendering, None
-        seen, light = rendering.camera_image(), rendering.light()
-        image = (seen if light is None else seen + light).astype(np.float32, copy=False)
+        camera_image, light = rendering.camera_image(), rendering.light()
+        image = (camera_image if light is None else camera_image + light).astype(np.float32, copy=False)
         job.mixed = None
         if job.before is not None and rendering.samples < min(REUSED_SAMPLES, self._present_target):
-            job.mixed = job.before.mixed(seen, rendering.samples, self._first_pool, self._threads)
+            job.mixed = job.before.mixed(camera_image, rendering.samples, self._first_pool, self._threads)
             plain, image = image, job.mixed.image if light is None else job.mixed.image + light
-        self._before.keep(job.settings, rendering, job.mixed, seen, job.depth)
+        self._before.keep(job.settings, rendering, job.mixed, camera_image, job.depth)
         update = RenderUpdate(job.generation, image, rendering.samples, job.seconds, job.settings, job.rate, job.depth,
                               plain=plain, findings=rendering.findings, **self._choice_fields(job))
         with self._change:
@@ -375,7 +375,7 @@ class RenderWorker:
         self._wake()
         return update
 
-    def _finished(self, work: Future, wanted: Callable[[], bool]) -> bool:
+    def _finished(self, work: Future, goes_on: Callable[[], bool]) -> bool:
         """Wait for work while it is wanted, for its threads may be slow to stop; cancel it if it has not begun."""
         def tell(_: Future) -> None:
             with self._change:
@@ -383,7 +383,7 @@ class RenderWorker:
 
         work.add_done_callback(tell)
         with self._change:
-            while not work.done() and wanted():
+            while not work.done() and goes_on():
                 self._change.wait(FIRST_SECONDS)
         work.cancel()                                   # has no effect on work that has begun
         return work.done() and not work.cancelled() and self.alive

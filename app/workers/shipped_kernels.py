@@ -46,13 +46,13 @@ ELSEWHERE = "lensbench.app.studies.", "lensbench.app.benchmark."        # they c
 
 def called_kernels() -> dict[tuple[str, str], Any]:
     """Compiled functions by module and name."""
-    found: dict[tuple[str, str], Any] = {}
+    kernels: dict[tuple[str, str], Any] = {}
     for package in (core, lenses, app):
-        for each in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
-            if not each.name.startswith(ELSEWHERE) and not each.name.endswith("__main__"):      # which runs
-                for kernel in _named(import_module(each.name)):
-                    found[kernel.py_func.__module__, kernel.py_func.__qualname__] = kernel
-    return {key: kernel for key, kernel in found.items() if not key[0].startswith(ELSEWHERE)}
+        for info in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+            if not info.name.startswith(ELSEWHERE) and not info.name.endswith("__main__"):      # which runs
+                for kernel in _named(import_module(info.name)):
+                    kernels[kernel.py_func.__module__, kernel.py_func.__qualname__] = kernel
+    return {key: kernel for key, kernel in kernels.items() if not key[0].startswith(ELSEWHERE)}
 
 
 def is_stage(kernel: Any) -> bool:
@@ -84,7 +84,7 @@ def _is_compiled(module: ModuleType, node: ast.FunctionDef) -> bool:
     value, lines = vars(module).get(node.name), [decorator.lineno for decorator in node.decorator_list]
     if isinstance(value, Dispatcher):               # and no method of the same name
         return value.py_func.__code__.co_firstlineno in lines
-    return any("overload" in ast.unparse(each) or "intrinsic" in ast.unparse(each) for each in node.decorator_list)
+    return any("overload" in ast.unparse(mark) or "intrinsic" in ast.unparse(mark) for mark in node.decorator_list)
 
 
 LENSES = ("pbrt-dgauss-50mm",                       # spheres
@@ -180,17 +180,17 @@ def exercise(progress: Any = print) -> None:
                 lb.distortion_grid(built.lens, built.film_distance, built.film)
         progress(f"{len(cache.used)} kernels: {settings.camera} {settings.lens_model} {settings.lens} "
                  f"{settings.scene} {settings.view}")
-    for each in cameras():
+    for view_of_lens in cameras():
         for scene in (lb.builtin_scene("still-life"), lb.builtin_scene("night-lights")):
-            rendering = lb.Rendering(each, scene)
+            rendering = lb.Rendering(view_of_lens, scene)
             rendering.add(1, threads=2)
             rendering.add(1, threads=2)
-            lb.depth_map(each, scene)
-        each.raster_from_point(np.array([[0.0, 0.0, -1500.0]]))
+            lb.depth_map(view_of_lens, scene)
+        view_of_lens.raster_from_point(np.array([[0.0, 0.0, -1500.0]]))
     progress(f"{len(cache.used)} kernels with those of tilted lenses and pictures in the stop")
     small, scene = lb.Film(36.0, 24.0, 24, 16), lb.builtin_scene("still-life")
-    many, wall = lamps_scene(2 * MANY_LAMPS), lb.Mesh.of([[0, 0, -900], [90, 0, -900], [0, 90, -900]], [[0, 1, 2]])
-    for lit in (many, replace(many, meshes=(wall,))):
+    crowded, wall = lamps_scene(2 * MANY_LAMPS), lb.Mesh.of([[0, 0, -900], [90, 0, -900], [0, 90, -900]], [[0, 1, 2]])
+    for lit in (crowded, replace(crowded, meshes=(wall,))):
         lb.Rendering(lb.PerspectiveCamera(small), lit).add(1, threads=2)
     lb.Rendering(lb.PerspectiveCamera(small), scene).add(EVEN, threads=2)           # and share out later samples
     view = lb.LensCamera(lenses.load(LENSES[0]), small, 1200.0, 2.8, model="trace")
@@ -199,8 +199,8 @@ def exercise(progress: Any = print) -> None:
     field.refocus(900.0, f_number=5.6)
     lb.find_depth(field)
     lb.PlenopticCamera(view, 5).expose(scene, 2, 0).decoded().refocus(1500.0)
-    seen = lb.capture_lumigraph(lb.PerspectiveCamera(small), scene, views=(3, 3), distance=1200.0, samples=1)
-    seen.seen_by(lb.PerspectiveCamera(small))
+    lumigraph = lb.capture_lumigraph(lb.PerspectiveCamera(small), scene, views=(3, 3), distance=1200.0, samples=1)
+    lumigraph.seen_by(lb.PerspectiveCamera(small))
     progress(f"{len(cache.used)} kernels with those of light fields")
     lens = lenses.load("lenshh-cooke-triplet-50")
     lb.tolerances.sensitivities(lens)
@@ -224,13 +224,13 @@ def analyses(settings: Any) -> None:
     from lensbench.app.plots.query import query
 
     bladed = query(replace(settings, blades=7))
-    for asked, make in ((query(settings), [each.figure for each in ANALYSES.values()]),
+    for asked, make in ((query(settings), [analysis.figure for analysis in ANALYSES.values()]),
                         (query(settings), [partial(mtf_field_figure, method="geometric"),
                                            partial(bokeh_figure, ripple=Ripple(0, 1.0, 1e-4))]),
                         (bladed, [ANALYSES["spots"].figure, ANALYSES["sunstar"].figure])):
-        for each in make:
+        for figure in make:
             with suppress(lb.LensError):
-                each(asked, 16)
+                figure(asked, 16)
 
 
 def asked(listed: Path) -> None:
@@ -240,7 +240,7 @@ def asked(listed: Path) -> None:
     and a wheel needs no more: these are asked anew in a second process, after the first has compiled what was missing.
     """
     exercise()
-    kernels = [Kernel.of(*each) for each in cache.used.values()]
+    kernels = [Kernel.of(*call) for call in cache.used.values()]
     shipped = {(kernel.module, kernel.name) for kernel in kernels}
     left = {key: kernel for key, kernel in called_kernels().items() if key not in shipped}
     kernels += [Kernel(*key, stage_signature(np.float32)) for key, kernel in left.items() if is_stage(kernel)]
@@ -252,18 +252,18 @@ def asked(listed: Path) -> None:
 def compiled(kernels: list[Kernel], archive: Path) -> None:
     """Compile these kernels for the level of this process, and pack their files into an archive."""
     files = {kernel.compile() for kernel in kernels}
-    part = archive.with_suffix(".part")
-    with zipfile.ZipFile(part, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
+    partial_file = archive.with_suffix(".part")
+    with zipfile.ZipFile(partial_file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
         for file in sorted(files):
             packed.write(file, file.name)
-    part.replace(archive)
+    partial_file.replace(archive)
 
 
 def main(folder: Path) -> None:
     """Compile and pack the kernels of every level."""
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as beside:
-        listed = Path(beside) / "kernels"
+    with tempfile.TemporaryDirectory() as folder_of_list:
+        listed = Path(folder_of_list) / "kernels"
         command = [sys.executable, "-m", "lensbench.app.workers.shipped_kernels"]
         for _ in range(2):
             if subprocess.run([*command, "--asked", str(listed)]).returncode:

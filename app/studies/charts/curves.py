@@ -63,21 +63,21 @@ class Chart:
     @property
     def front(self) -> tuple[Mark, ...]:
         """The Pareto front by cost: marks that no other mark beats in both cost and error."""
-        found: list[Mark] = []
+        front: list[Mark] = []
         for mark in sorted((mark for mark in self.marks if mark.is_valid), key=lambda mark: (mark.cost, mark.error)):
-            if not found or max(mark.error, self.floor) < max(found[-1].error, self.floor):
-                found.append(mark)
-        return tuple(found)
+            if not front or max(mark.error, self.floor) < max(front[-1].error, self.floor):
+                front.append(mark)
+        return tuple(front)
 
     @property
     def all_costs(self) -> list["Chart"]:
         """The same chart for each of its costs, this one first."""
-        found = [self]
+        ancestors = [self]
         for cost, figure, spread in self.also:
             marks = tuple(replace(mark, cost=mark.figures.get(figure, math.nan),
                                   spread=mark.figures.get(spread, math.nan)) for mark in self.marks)
-            found.append(replace(self, cost=cost, marks=marks, also=()))
-        return found
+            ancestors.append(replace(self, cost=cost, marks=marks, also=()))
+        return ancestors
 
 
 def columns(chart: Chart) -> list[str]:
@@ -121,14 +121,14 @@ def table(chart: Chart) -> str:
 
 def plain(charts: list[Chart]) -> list[dict[str, Any]]:
     """Charts as JSON data."""
-    found = []
+    summaries = []
     for chart in charts:
         front = chart.front
         marks = [{"name": mark.name, "kind": mark.kind, "valid": not mark.why, "why": mark.why,
                   "on front": mark in front, "figures": mark.figures} for mark in chart.marks]
-        found.append({"key": chart.key, "title": chart.title, "conditions": chart.conditions, "cost": chart.cost,
+        summaries.append({"key": chart.key, "title": chart.title, "conditions": chart.conditions, "cost": chart.cost,
                       "error": chart.error, "notes": list(chart.notes), "marks": marks})
-    return found
+    return summaries
 
 
 ACROSS = 3                      # panels in a row

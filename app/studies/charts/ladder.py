@@ -51,8 +51,8 @@ def ray_table_step(lens: Lens, film_distance: float, table: PupilTable, waveleng
         film, np.linspace(-reach, reach, ALONG), np.linspace(0.0, reach, ACROSS), indexing="ij"))
     x, y = u + drift * r - r, v
     size = 1.0 / np.sqrt(x * x + y * y + away * away)
-    given = {X: r, L: x * size, M: y * size, N: -away * size}
-    ray = Program(trace_steps(lens, away, wavelength, blades=False), np.float64).run(given, [X, Y, Z, L, M, N], NODES)
+    samples = {X: r, L: x * size, M: y * size, N: -away * size}
+    ray = Program(trace_steps(lens, away, wavelength, blades=False), np.float64).run(samples, [X, Y, Z, L, M, N], NODES)
 
     # Point nearest to the pupil, and direction from there to objects in focus
     centre = scene_side_origin(lens, wavelength) - lens.length - away
@@ -121,7 +121,7 @@ def interpolate(lanes, p, ints, key):
     row = rows(lanes)
     x, y, z, l, m, n = row[X], row[Y], row[Z], row[L], row[M], row[N]
     node, f, g, h = row[A0], row[A1], row[A2], row[A3]
-    cosine, sine, side, found, share = row[A4], row[A5], row[A6], row[A7], row[A8]
+    cosine, sine, side, limit, share = row[A4], row[A5], row[A6], row[A7], row[A8]
     behind, per_radius, drift = p[NEGATIVE_DISTANCE], p[PER_RADIUS], p[DRIFT]
     per_along, per_across, centre, near = p[PER_ALONG], p[PER_ACROSS], p[CENTRE_Z], p[NEARNESS]
     table = p[TABLES:]
@@ -149,29 +149,29 @@ def interpolate(lanes, p, ints, key):
     # Add up the eight nodes around it by their shares
     for corner in range(8):
         beyond, along, across = real(corner // 4), real(corner // 2 % 2), real(corner % 2)
-        place = (corner // 4 * ALONG + corner // 2 % 2) * ACROSS + corner % 2
+        cell = (corner // 4 * ALONG + corner // 2 % 2) * ACROSS + corner % 2
         for i in range(B):
             share[i] = ((beyond * f[i] + (real(1) - beyond) * (real(1) - f[i]))
                         * (along * g[i] + (real(1) - along) * (real(1) - g[i]))
                         * (across * h[i] + (real(1) - across) * (real(1) - h[i])))
-        gather(found, table[place:], node)
+        gather(limit, table[cell:], node)
         for i in range(B):
-            l[i] += share[i] * found[i]
-        gather(found, table[NODES + place:], node)
+            l[i] += share[i] * limit[i]
+        gather(limit, table[NODES + cell:], node)
         for i in range(B):
-            m[i] += share[i] * found[i]
-        gather(found, table[2 * NODES + place:], node)
+            m[i] += share[i] * limit[i]
+        gather(limit, table[2 * NODES + cell:], node)
         for i in range(B):
-            n[i] += share[i] * found[i]
-        gather(found, table[3 * NODES + place:], node)
+            n[i] += share[i] * limit[i]
+        gather(limit, table[3 * NODES + cell:], node)
         for i in range(B):
-            x[i] += share[i] * found[i]
-        gather(found, table[4 * NODES + place:], node)
+            x[i] += share[i] * limit[i]
+        gather(limit, table[4 * NODES + cell:], node)
         for i in range(B):
-            y[i] += share[i] * found[i]
-        gather(found, table[5 * NODES + place:], node)
+            y[i] += share[i] * limit[i]
+        gather(limit, table[5 * NODES + cell:], node)
         for i in range(B):
-            z[i] += share[i] * found[i]
+            z[i] += share[i] * limit[i]
     # Direction from the point to objects in focus, rotated back with the film point
     for i in range(B):
         c, s = cosine[i], sine[i]
@@ -210,20 +210,20 @@ class Model:
 
 def ladder(camera: lb.LensCamera) -> list[Model]:
     """Every model of the lens of a camera with its current settings, the simplest first."""
-    found = [_ideal(camera, kind, name) for kind, name in IDEAL.items()]
+    models = [_ideal(camera, kind, name) for kind, name in IDEAL.items()]
     try:
         table = _regions(camera)
         aim = (table.step(camera.axis_irradiance),)
-        found += [_polynomial(camera, table, aim, degree) for degree in DEGREES]
+        models += [_polynomial(camera, table, aim, degree) for degree in DEGREES]
         through = ray_table_step(camera.lens, camera.film_distance, table, distance=camera.focus_distance)
-        found.append(Model("table", "table", aim=aim, lens=(through,)))
+        models.append(Model("table", "table", aim=aim, lens=(through,)))
     except ValueError as error:
-        found += [Model(f"degree {degree}", "polynomial", "polynomial", degree, why=str(error)) for degree in DEGREES]
-        found.append(Model("table", "table", why=str(error)))
+        models += [Model(f"degree {degree}", "polynomial", "polynomial", degree, why=str(error)) for degree in DEGREES]
+        models.append(Model("table", "table", why=str(error)))
     aimed, *lens = replace(camera, model="trace").camera_steps()
-    found += [Model(f"trace, {name}", "trace", "trace" if real is np.float32 else "", 0, (aimed,), tuple(lens), real)
+    models += [Model(f"trace, {name}", "trace", "trace" if real is np.float32 else "", 0, (aimed,), tuple(lens), real)
               for name, real in (("float32", np.float32), ("float64", np.float64))]
-    return found
+    return models
 
 
 def _ideal(camera: lb.LensCamera, kind: str, name: str) -> Model:

@@ -34,7 +34,7 @@ from lensbench.app.studies.charts.samplers import white_noise
 from lensbench.app.studies.stability.focusing import (
     bracketing_search, closed_form, least_blur, rms_radius, school_formula, three_rays, whole_bundle
 )
-from lensbench.app.studies.stability.pupils import BUCKETS, Place, Result, box, paraxial_disk, result, solved
+from lensbench.app.studies.stability.pupils import BUCKETS, FilmPoint, Result, box, paraxial_disk, result, solved
 from lensbench.app.studies.timing import Time, report_progress, time_in_turn
 from lensbench.core.kernels.block import Step
 from lensbench.core.pupils.radial_sampler import PupilTable
@@ -48,10 +48,10 @@ PIXEL = 4.0                     # µm, marked in the chart
 _runs = count(1)                # of all methods and charts
 
 METHODS: dict[str, tuple[Callable[[lb.Lens, float], float | str], str, bool]] = {
-    "school formula, float32": (lambda lens, at: school_formula(lens, at, np.float32), "grey", True),
-    "school formula, float64": (lambda lens, at: school_formula(lens, at, np.float64), "grey", False),
+    "school formula, float32": (partial(school_formula, real=np.float32), "grey", True),
+    "school formula, float64": (partial(school_formula, real=np.float64), "grey", False),
     "closed form (the program's)": (closed_form, "green", False),
-    "bracketing search by one ray": (lambda lens, at: bracketing_search(lens, at, np.float64), "purple", False),
+    "bracketing search by one ray": (partial(bracketing_search, real=np.float64), "purple", False),
     "bracketing search by three": (three_rays, "purple", True),
     "whole bundle (the program's)": (whole_bundle, "vermilion", False),
     "golden section over 200 rays": (least_blur, "blue", False)}
@@ -59,15 +59,15 @@ METHODS: dict[str, tuple[Callable[[lb.Lens, float], float | str], str, bool]] = 
 
 def focus_panel(key: str, lens: lb.Lens, progress: Callable[[float], bool] = lambda _: True) -> Panel:
     """Time (µs) and excess blur (µm) of every method, for one lens at its f-number."""
-    distances = [at for at in DISTANCES if at >= 1.02 * lb.nearest_focus(lens)]
-    least = {at: rms_radius(lens, least_blur(lens, at), at) for at in distances}
+    distances = [distance for distance in DISTANCES if distance >= 1.02 * lb.nearest_focus(lens)]
+    least = {distance: rms_radius(lens, least_blur(lens, distance), distance) for distance in distances}
     report_progress(progress, 0.3)
     times = time_in_turn({name: partial(_all, method, lens, distances)
                           for name, (method, _, _) in METHODS.items()}, FOCUSING_SECONDS)
     report_progress(progress, 0.8)
     curves = []
     for name, (method, tint, dotted) in METHODS.items():
-        blurs = [_excess(method(lens, at), lens, at, least[at]) for at in distances]
+        blurs = [_excess(method(lens, distance), lens, distance, least[distance]) for distance in distances]
         blur, cost = math.sqrt(sum(b * b for b in blurs) / len(blurs)), 1e6 * times[name].least / len(distances)
         figures = {"time, µs": cost, "blur, µm": blur}
         points = ((cost, max(blur, LEAST_DRAWN)),) if math.isfinite(blur) else ()
@@ -82,15 +82,15 @@ def focus_panel(key: str, lens: lb.Lens, progress: Callable[[float], bool] = lam
 def _all(method: Callable[[lb.Lens, float], float | str], lens: lb.Lens, distances: list[float]) -> None:
     """Focus at every distance (mm), to be timed: each run a little farther, for the program keeps its results."""
     farther = 1.0 + 1e-9 * next(_runs)
-    for at in distances:
-        method(lens, at * farther)
+    for distance in distances:
+        method(lens, distance * farther)
 
 
-def _excess(found: float | str, lens: lb.Lens, at: float, least: float) -> float:
+def _excess(film: float | str, lens: lb.Lens, distance: float, least: float) -> float:
     """Blur (µm) on a found film beyond that of the best one, of rms radius `least` (mm); inf where none was found."""
-    if isinstance(found, str) or not math.isfinite(found):
+    if isinstance(film, str) or not math.isfinite(film):
         return math.inf
-    return max(2e3 * math.sqrt(2.0) * (rms_radius(lens, found, at) - least), 0.0)
+    return max(2e3 * math.sqrt(2.0) * (rms_radius(lens, film, distance) - least), 0.0)
 
 
 FIELDS = (0.0, 0.35, 0.7, 0.95)         # share of the image-circle radius, or of half the film diagonal
@@ -105,17 +105,17 @@ def pupil_panels(key: str, camera: lb.LensCamera, progress: Callable[[float], bo
     """Panels of light error and blocked samples (%) over time; StoppedError if `progress` returns False."""
     lens, away, half = camera.lens, camera.film_distance, 0.5 * camera.film.diagonal
     reach = min(half, PupilTable.of(lens, away, half).dark_beyond)
-    places = [Place(lens, away, (part * reach, 0.0), half) for part in FIELDS]
-    times = _times(places[-1])
+    film_points = [FilmPoint(lens, away, (share * reach, 0.0), half) for share in FIELDS]
+    times = _times(film_points[-1])
     points: dict[str, list[tuple[float, Result]]] = {"paraxial disk": [], "boxes, of 256 to a million rays": [],
                                                      "solved regions": []}
     ways = [("paraxial disk", paraxial_disk, times["disk"]), ("solved regions", solved, times["solved"]), *(
-        ("boxes, of 256 to a million rays", lambda place, rays=rays: box(place, rays), times["boxes"] * rays / FEW)
+        ("boxes, of 256 to a million rays", lambda point, rays=rays: box(point, rays), times["boxes"] * rays / FEW)
         for rays in PUPILS_RAYS)]
     for i, (name, method, seconds) in enumerate(ways):
-        found = [result(place, method(place)) for place in places]
+        results = [result(point, method(point)) for point in film_points]
         points[name].append((1e3 * seconds, Result(*(math.sqrt(sum(x * x for x in values) / len(values))
-                                                     for values in zip(*found, strict=True)))))
+                                                     for values in zip(*results, strict=True)))))
         report_progress(progress, (i + 1) / len(ways))
     tints = dict(zip(points, ("grey", "purple", "vermilion"), strict=True))
     panels = []
@@ -130,13 +130,13 @@ def pupil_panels(key: str, camera: lb.LensCamera, progress: Callable[[float], bo
     return panels
 
 
-def _times(place: Place) -> dict[str, float]:
+def _times(point: FilmPoint) -> dict[str, float]:
     """Seconds for a whole film: paraxial disk, solved regions, and boxes of FEW rays."""
     works: dict[str, Callable[[], object]] = {
-        "disk": lambda: paraxial_disk(place), "boxes": lambda: box(place, FEW),
-        "solved": lambda: PupilTable.of(place.lens, place.film_distance, place.reach)}
-    found: dict[str, Time] = time_in_turn(works, PUPILS_SECONDS)
-    return {name: time.least * (BUCKETS if name == "boxes" else 1) for name, time in found.items()}
+        "disk": lambda: paraxial_disk(point), "boxes": lambda: box(point, FEW),
+        "solved": lambda: PupilTable.of(point.lens, point.film_distance, point.reach)}
+    times: dict[str, Time] = time_in_turn(works, PUPILS_SECONDS)
+    return {name: time.least * (BUCKETS if name == "boxes" else 1) for name, time in times.items()}
 
 
 PIXELS = (180, 120)
@@ -202,13 +202,13 @@ def _timed_errors(variant: Variant, camera: lb.LensCamera, scene: Scene, truth: 
     rendering = lb.Rendering(replace(camera, model=variant.model), scene, seed, steps=placing,
                              light_tracing=variant.light_tracing)
     spent = time.perf_counter() - start
-    found: list[tuple[float, float]] = []
-    while 2.0 * spent < longest or len(found) < FEWEST:         # the next step takes as long as all before together
+    errors: list[tuple[float, float]] = []
+    while 2.0 * spent < longest or len(errors) < FEWEST:         # the next step takes as long as all before together
         start = time.perf_counter()
         rendering.add(max(rendering.samples, 1))
         spent += time.perf_counter() - start
-        found.append((spent, float(np.mean((_clipped(rendering.image()) - truth) ** 2))))
-    return found
+        errors.append((spent, float(np.mean((_clipped(rendering.image()) - truth) ** 2))))
+    return errors
 
 
 def _curve(variant: Variant, runs: list[list[tuple[float, float]]]) -> Curve:
@@ -262,18 +262,18 @@ def measure(camera: lb.Camera, scene: lb.Scene, views: tuple[int, ...] = VIEWS, 
         samples = max(round(LIGHT_FIELDS_RAYS / number**2), 1)
         fields.append(lb.capture_light_field(camera, scene, (number, number), samples, seed))
         progress(0.5 * len(fields) / len(views))
-    distances = [focus / part for part in NEARER if focus / part >= fields[0].nearest]
+    distances = [focus / ratio for ratio in NEARER if focus / ratio >= fields[0].nearest]
     inner = tuple(slice(size // BORDER, size - size // BORDER) for size in (camera.film.pixels_y, camera.film.pixels_x))
-    found = np.empty((len(views), len(distances)))
+    quality = np.empty((len(views), len(distances)))
     for j, distance in enumerate(distances):
         refocused = camera.refocused(distance)
         direct = lb.render(refocused, scene, TRUTH, seed + 1)[inner]
-        found[:, j] = [decibels(field.refocus(distance)[inner], direct) for field in fields]
+        quality[:, j] = [decibels(field.refocus(distance)[inner], direct) for field in fields]
         progress(0.5 + 0.5 * (j + 1) / len(distances))
     true = camera.flat_port.true                        # beyond a window into water
     ranges = [field.clear_range for field in fields]
     return [ErrorCurve(number, true(near), true(far), tuple(map(true, distances)), tuple(row))
-            for number, (near, far), row in zip(views, ranges, found.tolist(), strict=True)]
+            for number, (near, far), row in zip(views, ranges, quality.tolist(), strict=True)]
 
 
 def draw(curves: list[ErrorCurve], focus: float, title: str, conditions: str, path: Path) -> None:

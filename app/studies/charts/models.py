@@ -14,7 +14,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.studies.charts.curves import Chart, Mark
 from lensbench.app.studies.charts.ladder import Model, ladder
-from lensbench.app.studies.charts.panels import Subject
+from lensbench.app.studies.charts.panels import Subject, share_of
 from lensbench.app.studies.charts.peers import peer_marks
 from lensbench.app.studies.charts.truth import Error, Truth
 from lensbench.app.studies.timing import BLOCKS, Time, idle, report_progress, streamed, time_in_turn
@@ -35,15 +35,10 @@ LOST = 0.005                    # share of the rays that a model may lose at the
 SECONDS = 0.06                  # s: for the timings of each model
 
 
-def charts(found: list[Subject], progress: Callable[[float], bool] = lambda _: True,
+def charts(subjects: list[Subject], progress: Callable[[float], bool] = lambda _: True,
            peers: Sequence[str] = ()) -> list[Chart]:
     """The chart of each lens, with these other programs; StoppedError where `progress` returns False."""
-    made = []
-    for i, subject in enumerate(found):
-        def part(share: float, i: int = i) -> bool:
-            return progress((i + share) / len(found))
-        made.append(chart(subject, part, peers=peers))
-    return made
+    return [chart(subject, share_of(progress, i, len(subjects)), peers=peers) for i, subject in enumerate(subjects)]
 
 
 def chart(subject: Subject, progress: Callable[[float], bool] = lambda _: True, seconds: float = SECONDS,
@@ -78,8 +73,8 @@ def chart(subject: Subject, progress: Callable[[float], bool] = lambda _: True, 
 def conditions(camera: lb.LensCamera, truth: Truth) -> str:
     """One line with the conditions that apply to all marks of a chart."""
     film, focus = camera.film, camera.focus_distance
-    at = "infinity" if math.isinf(focus) else f"{significant(focus / 1000.0, 3)} m"
-    return (f"f/{significant(lb.first_order(camera.lens.at(close=0.0)).f_number, 3)}, focused at {at}; "
+    focused = "infinity" if math.isinf(focus) else f"{significant(focus / 1000.0, 3)} m"
+    return (f"f/{significant(lb.first_order(camera.lens.at(close=0.0)).f_number, 3)}, focused at {focused}; "
             f"film {significant(film.width, 3)} × {significant(film.height, 3)} mm, {film.pixels_x} × "
             f"{film.pixels_y} pixels of "
             f"{significant(1000.0 * film.pitch, 3)} µm; {truth.rays} rays, objects in focus, at half the distance "
@@ -100,10 +95,10 @@ def _mark(model: Model, truth: Truth, error: Error | None, stream: dict[str, Tim
 
 
 def _figures(error: Error, stream: Time, fused: Time | None) -> dict[str, float]:
-    found = {"streamed, ns": stream.least, "spread, %": stream.spread}
+    figures = {"streamed, ns": stream.least, "spread, %": stream.spread}
     if fused is not None:
-        found |= {"fused, ns": fused.least, "its spread, %": fused.spread}
-    return found | {"rms, px": error.rms, "p99, px": error.p99, "worst, px": error.worst, "in focus, px": error.focus,
+        figures |= {"fused, ns": fused.least, "its spread, %": fused.spread}
+    return figures | {"rms, px": error.rms, "p99, px": error.p99, "worst, px": error.worst, "in focus, px": error.focus,
                     "light rms, stops": error.stops_rms, "light worst, stops": error.stops_worst,
                     "lost, %": 100.0 * error.lost}
 
@@ -113,15 +108,15 @@ def _streamed(camera: lb.LensCamera, models: list[Model], seconds: float) -> dic
     random = np.random.default_rng(1)
     x, y, u0, u1 = random.random((4, B))
     film = camera.film
-    given = {X: (x - 0.5) * film.width, Y: (y - 0.5) * film.height, U0: u0, U1: u1}
+    samples = {X: (x - 0.5) * film.width, Y: (y - 0.5) * film.height, U0: u0, U1: u1}
     works: dict[str, Callable[[], object]] = {
-        f"idle {real.__name__}": streamed([Step(idle, [0.0])], given, real) for real in (np.float32, np.float64)}
+        f"idle {real.__name__}": streamed([Step(idle, [0.0])], samples, real) for real in (np.float32, np.float64)}
     aim = next(list(model.aim) for model in models if model.aim)
-    works["aim"] = streamed(aim, given)
-    works |= {model.name: streamed(model.steps, given, model.real) for model in models}
+    works["aim"] = streamed(aim, samples)
+    works |= {model.name: streamed(model.steps, samples, model.real) for model in models}
     counts = dict.fromkeys(works, BLOCKS * B) | {"scalar": SCALAR}
     works["scalar"] = _scalar(camera, aim)
-    times = {name: time.each(counts[name]) for name, time in time_in_turn(works, seconds).items()}
+    times = {name: time.per_item(counts[name]) for name, time in time_in_turn(works, seconds).items()}
     empty = {real: times[f"idle {real.__name__}"].least for real in (np.float32, np.float64)}
     reals = {model.name: model.real for model in models}
     return {name: time if name == "scalar" else time.without(empty[reals.get(name, np.float32)])
@@ -151,4 +146,4 @@ def _fused(camera: lb.LensCamera, models: list[Model], seconds: float) -> dict[s
         works[model.name] = partial(program.expose, np.zeros((blocks, 3 * B), model.real),
                                     block.lane_buffer(model.real), 0,
                                     blocks, 0, 1, np.uint32(0))
-    return {name: time.each(blocks * B) for name, time in time_in_turn(works, seconds).items()}
+    return {name: time.per_item(blocks * B) for name, time in time_in_turn(works, seconds).items()}

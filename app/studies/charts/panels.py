@@ -43,15 +43,15 @@ def subjects(arguments: argparse.Namespace) -> tuple[list[Subject], list[str]]:
     """
     if len(arguments.lens) == 1:
         return [subject(arguments.lens[0], arguments, exactly=True)], []
-    found, left_out = [], []
+    lenses, left_out = [], []
     for name in arguments.lens or one_of_each_kind():
         try:
-            found.append(subject(name, arguments, exactly=False))
+            lenses.append(subject(name, arguments, exactly=False))
         except (ValueError, OSError) as error:
             if arguments.lens:
                 raise
             left_out.append(f"{name}: {error}")
-    return found, left_out
+    return lenses, left_out
 
 
 def subject(name: str, arguments: argparse.Namespace, exactly: bool) -> Subject:
@@ -80,9 +80,9 @@ def _lit(camera: lb.LensCamera, pixels: tuple[int, int]) -> lb.Film:
     dark = np.flatnonzero(lb.falloff(camera.lens, camera.film_distance, radii).total < DARK)
     if not dark.size:
         return film
-    part = radii[max(dark[0] - 1, 0)] / radii[-1]
-    digits = 1 - math.floor(math.log10(part * film.width))
-    width = round(part * film.width, digits)
+    share = radii[max(dark[0] - 1, 0)] / radii[-1]
+    digits = 1 - math.floor(math.log10(share * film.width))
+    width = round(share * film.width, digits)
     return lb.Film(width, width * film.height / film.width, *pixels)
 
 
@@ -101,8 +101,8 @@ def panels(arguments: argparse.Namespace, progress: Callable[[float], bool]) -> 
     """The panels asked for; StoppedError where `progress` returns False; ValueError, OSError of the readers."""
     if arguments.of in PER_LENS:
         names = arguments.lens or (LENSES if arguments.of == "pupil" else FOCUS_LENSES)
-        found, _ = subjects(argparse.Namespace(**{**vars(arguments), "lens": names}))
-        made = [_of_lens(arguments.of, each, _part(progress, i, len(found))) for i, each in enumerate(found)]
+        lenses, _ = subjects(argparse.Namespace(**{**vars(arguments), "lens": names}))
+        made = [_of_lens(arguments.of, lens, share_of(progress, i, len(lenses))) for i, lens in enumerate(lenses)]
         if arguments.of == "pupil":                     # first row: light of all lenses; second: samples
             return [panel for row in zip(*made, strict=True) for panel in row]
         return [panel for row in made for panel in row]
@@ -111,10 +111,10 @@ def panels(arguments: argparse.Namespace, progress: Callable[[float], bool]) -> 
     names = _known(arguments.scene or list(IMAGE_SCENES), list(lb.SCENES))
     focus = IMAGE_FOCUS if arguments.focus is None else arguments.focus
     changed = {"lens": arguments.lens or [LENSES[0]], "focus": focus}
-    found, _ = subjects(argparse.Namespace(**{**vars(arguments), **changed}))
-    pairs = [(each, name) for each in found for name in names]
-    return [_of_scene(each, name, _part(progress, i, len(pairs)), len(found) > 1)
-            for i, (each, name) in enumerate(pairs)]
+    lenses, _ = subjects(argparse.Namespace(**{**vars(arguments), **changed}))
+    pairs = [(lens, name) for lens in lenses for name in names]
+    return [_of_scene(lens, name, share_of(progress, i, len(pairs)), len(lenses) > 1)
+            for i, (lens, name) in enumerate(pairs)]
 
 
 def _of_lens(of: str, subject: Subject, progress: Callable[[float], bool]) -> list[Panel]:
@@ -136,5 +136,6 @@ def _known(names: list[str], all_names: list[str]) -> list[str]:
     return names
 
 
-def _part(progress: Callable[[float], bool], i: int, n: int) -> Callable[[float], bool]:
+def share_of(progress: Callable[[float], bool], i: int, n: int) -> Callable[[float], bool]:
+    """The progress of the i-th of n pieces of work, as the share of all of them."""
     return lambda share: progress((i + share) / n)

@@ -57,9 +57,9 @@ def through_rayoptics(lens: lb.Lens, folder: Path) -> Run:
     path = list(model["seq_model"].path(line))
 
     def run(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        found = [trace_raw(iter(path), np.array([x, y, 0.0]), way, line)[0][-2][0]
+        points = [trace_raw(iter(path), np.array([x, y, 0.0]), way, line)[0][-2][0]
                  for (x, y, _), way in zip(origins, directions, strict=True)]
-        return np.array(found) + [0.0, 0.0, lens.length]
+        return np.array(points) + [0.0, 0.0, lens.length]
     return run
 
 
@@ -130,12 +130,12 @@ def peer_marks(names: Sequence[str], truth: Truth) -> list[Mark]:
             marks[name] = Mark(name, "peer", error=figures["rms, px"], worst=figures["worst, px"], figures=figures)
             runs[name], counts[name] = partial(run, origins[:count], directions[:count]), count
         times = time_in_turn(runs, SECONDS) if runs else {}
-    found = []
+    finished = []
     for name, mark in marks.items():
         if name in times:
-            each = times[name].each(counts[name])
-            figures = {"streamed, ns": each.least, "spread, %": each.spread, **mark.figures}
+            cost = times[name].per_item(counts[name])
+            figures = {"streamed, ns": cost.least, "spread, %": cost.spread, **mark.figures}
             why = "" if np.isfinite(mark.error) else "loses rays that the lens passes"
-            mark = Mark(name, "peer", each.least, mark.error, each.spread, mark.worst, why, figures)
-        found.append(mark)
-    return found
+            mark = Mark(name, "peer", cost.least, mark.error, cost.spread, mark.worst, why, figures)
+        finished.append(mark)
+    return finished

@@ -157,38 +157,38 @@ def squares(camera: lb.Camera, scene: Scene, counts: tuple[int, ...], steps: dic
     """Mean square error of each sampler after these numbers of samples."""
     truth = np.minimum(lb.render(camera, scene, samples=converged, seed=12345), BRIGHTEST)
     for name, placing in steps.items():
-        found: dict[int, list[float]] = {count: [] for count in counts}
+        errors_by_count: dict[int, list[float]] = {count: [] for count in counts}
         for seed in range(SEEDS):
             rendering = lb.Rendering(camera, scene, seed=seed, steps=placing, filtered=False)
             for count in counts:
                 rendering.add(count - rendering.samples)
                 error = np.minimum(rendering.image(), BRIGHTEST).astype(float) - truth
-                found[count].append(float((error**2).mean()))
-        yield name, {count: float(np.mean(values)) for count, values in found.items()}
+                errors_by_count[count].append(float((error**2).mean()))
+        yield name, {count: float(np.mean(values)) for count, values in errors_by_count.items()}
 
 
-def gains(found: dict[str, dict[int, float]]) -> dict[str, dict[int, float]]:
+def gains(errors_by_sampler: dict[str, dict[int, float]]) -> dict[str, dict[int, float]]:
     """Ratio of the samples of white noise, whose mean square error falls as 1 / samples, to those of each sampler."""
     last = max(COUNTS)
-    white = found[WHITE][last] * last
+    white = errors_by_sampler[WHITE][last] * last
     return {name: {count: white / (error * count) for count, error in errors.items()}
-            for name, errors in found.items()}
+            for name, errors in errors_by_sampler.items()}
 
 
 def sampling_panels(names: list[str], progress: Callable[[float], bool] = lambda _: True) -> list[Panel]:
     """The panel of each named scene, or of all; progress: receives the finished share, False cancels."""
-    costs = {name: time.each(BLOCKS * B).least for name, time in time_in_turn(
+    costs = {name: time.per_item(BLOCKS * B).least for name, time in time_in_turn(
         {name: streamed(placing, {}) for name, placing in samplers(FILM).items()}, 0.05).items()}
-    wanted = {name: what for name, what in scenes().items() if not names or name in names}
+    chosen = {name: what for name, what in scenes().items() if not names or name in names}
     panels = []
-    for i, (key, (camera, scene)) in enumerate(wanted.items()):
-        found, steps = {}, samplers(FILM, scene.moves)
+    for i, (key, (camera, scene)) in enumerate(chosen.items()):
+        errors_by_sampler, steps = {}, samplers(FILM, scene.moves)
         for j, (name, errors) in enumerate(squares(camera, scene, COUNTS, steps)):
-            found[name] = errors
-            report_progress(progress, (i + (j + 1) / len(steps)) / len(wanted))
+            errors_by_sampler[name] = errors
+            report_progress(progress, (i + (j + 1) / len(steps)) / len(chosen))
         curves = tuple(
             Curve(name, tint, tuple(gain.items()), {f"gain at {count}, ×": value for count, value in gain.items()}
                   | {"cost, ns": costs[name]})
-            for tint, (name, gain) in zip(TINTS, gains(found).items(), strict=True))
+            for tint, (name, gain) in zip(TINTS, gains(errors_by_sampler).items(), strict=True))
         panels.append(Panel(key, key, "Samples a pixel", "Gain over white noise (×)", curves, ticks=COUNTS))
     return panels

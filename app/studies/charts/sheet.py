@@ -46,7 +46,7 @@ def draw(charts: list[Chart], path: Path, summary: bool = False, measured: str =
     sheet.
     """
     with look():
-        save(_one(charts[0], measured) if len(charts) == 1 else _many(charts, summary, measured), path)
+        save(_one(charts[0], measured) if len(charts) == 1 else _overview(charts, summary, measured), path)
 
 
 def _one(chart: Chart, measured: str) -> "Figure":
@@ -126,15 +126,15 @@ def _name_marks(axes: "Axes", chart: Chart) -> None:
 
     halo = [withStroke(linewidth=3.5, foreground=PAPER)]
     pixel, marks = axes.figure.dpi / 72.0, [mark for mark in chart.marks if mark.has_place]
-    at = {mark.name: axes.transData.transform((mark.cost, max(mark.error, chart.floor))) for mark in marks}
-    taken = [(x - 4.5 * pixel, y - 4.5 * pixel, x + 4.5 * pixel, y + 4.5 * pixel) for x, y in at.values()]
+    positions = {mark.name: axes.transData.transform((mark.cost, max(mark.error, chart.floor))) for mark in marks}
+    taken = [(x - 4.5 * pixel, y - 4.5 * pixel, x + 4.5 * pixel, y + 4.5 * pixel) for x, y in positions.values()]
     frame = axes.get_window_extent()
     for mark in sorted(marks, key=lambda mark: (-mark.error, mark.cost)):
         written = axes.annotate(mark.name, (mark.cost, max(mark.error, chart.floor)), xytext=(0.0, 0.0), fontsize=8.0,
                                 textcoords="offset points", zorder=4.0,
                                 color=DIM if mark.why else KINDS[mark.kind].colour, path_effects=halo)
         for reach in REACHES:
-            box = next((found for place in PLACES if (found := _placed(written, place, reach, frame, taken))), None)
+            box = next((free_box for side in PLACES if (free_box := _placed(written, side, reach, frame, taken))), None)
             if box is not None:
                 if reach > REACHES[1]:
                     line = {"arrowstyle": "-", "color": FAINT, "linewidth": 0.5, "shrinkB": 3.0}
@@ -146,9 +146,9 @@ def _name_marks(axes: "Axes", chart: Chart) -> None:
             written.remove()
 
 
-def _placed(written, place: tuple[float, float], reach: float, frame, taken) -> tuple | None:
+def _placed(written, side: tuple[float, float], reach: float, frame, taken) -> tuple | None:
     """Move a name to a place around its mark; its box, or None if it overlaps something."""
-    right, up = place
+    right, up = side
     written.set_position((right * reach, up * reach))
     written.set_horizontalalignment("left" if right > 0.0 else "right" if right < 0.0 else "center")
     written.set_verticalalignment("bottom" if up > 0.0 else "top" if up < 0.0 else "center")
@@ -188,7 +188,7 @@ def _write_table(axes: "Axes", chart: Chart, heads: list[str], notes: list[str],
 # Many lenses
 
 
-def _many(charts: list[Chart], summary: bool, measured: str) -> "Figure":
+def _overview(charts: list[Chart], summary: bool, measured: str) -> "Figure":
     """All charts in one: medians over a cloud of all marks; below it, unless `summary`, each chart in small."""
     rows = 0 if summary else math.ceil(len(charts) / ACROSS)
     figure = sheet(9.6, 5.3 + 1.62 * rows)

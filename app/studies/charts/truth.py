@@ -128,10 +128,10 @@ class Truth:
     def _through(self, film: np.ndarray, rear: np.ndarray, clip: bool = True) -> tuple[np.ndarray, np.ndarray]:
         """Rays (6, n) in front of the lens from film points and rear-plane points (2, n), and whether they pass."""
         lens, away, n = self.camera.lens, self.camera.film_distance, film.shape[1]
-        found = lb.trace(lens, np.column_stack([*film, np.full(n, lens.length + away)]),
+        traced = lb.trace(lens, np.column_stack([*film, np.full(n, lens.length + away)]),
                          np.column_stack([*(rear - film), np.full(n, -away)]), forward=False, clip=clip)
-        points = found.points - [0.0, 0.0, lens.length + away]
-        return np.concatenate([points.T, found.directions.T]), found.fate == lb.Fate.PASSED
+        points = traced.points - [0.0, 0.0, lens.length + away]
+        return np.concatenate([points.T, traced.directions.T]), traced.fate == lb.Fate.PASSED
 
     @cached_property
     def _aims(self) -> dict[int, np.ndarray]:
@@ -163,7 +163,7 @@ class Truth:
         far = 50.0 * abs(self.camera.first_order.efl)
         return (focus, far / 2.0, far) if math.isinf(focus) else (focus, focus / 2.0, math.inf)
 
-    def _seen(self, ray: np.ndarray) -> np.ndarray:
+    def _directions_to_objects(self, ray: np.ndarray) -> np.ndarray:
         """Directions (distances, 3, n) from the entrance pupil to the points where rays meet the objects."""
         away = ray[:3] - np.array([0.0, 0.0, self._eye])[:, None]
         foot = away - (away * ray[3:]).sum(0) * ray[3:]
@@ -172,7 +172,7 @@ class Truth:
 
     @cached_property
     def _true(self) -> np.ndarray:
-        return self._seen(self._exact)
+        return self._directions_to_objects(self._exact)
 
     @cached_property
     def _film_of_direction(self) -> np.ndarray:
@@ -184,7 +184,7 @@ class Truth:
             for step in (h, -h):
                 moved = self._spread[:, self._chosen]
                 moved[axis] += step
-                sides.append(self._seen(self._through(moved[:2], self._rear(moved)[0], clip=False)[0]))
+                sides.append(self._directions_to_objects(self._through(moved[:2], self._rear(moved)[0], clip=False)[0]))
             slopes.append((sides[0] - sides[1]) / (2.0 * h))
         a, b = slopes
         aa, ab, bb = (a * a).sum(1), (a * b).sum(1), (b * b).sum(1)
@@ -194,7 +194,7 @@ class Truth:
 
     def _displaced(self, ray: np.ndarray) -> np.ndarray:
         """Displacement (pixels) of the model's rays (distances, n); NaN where the model loses them."""
-        off = self._seen(ray[:6].astype(float)) - self._true
+        off = self._directions_to_objects(ray[:6].astype(float)) - self._true
         pixels = np.sqrt(((self._film_of_direction * off[:, None]).sum(2) ** 2).sum(1)) / self.camera.film.pitch
         return np.where(ray[6] > 0.0, pixels, np.nan)
 
@@ -215,8 +215,8 @@ class Truth:
         film = self.camera.film
         u0, u1 = even_points(SAMPLES).T
         r = np.repeat(radii, SAMPLES) / film.diagonal
-        given = {X: r * film.width, Y: r * film.height, U0: np.tile(u0, len(radii)), U1: np.tile(u1, len(radii))}
-        return Program(steps, real).run(given, [WEIGHT], len(r))[0].astype(float).reshape(len(radii), -1).mean(1)
+        samples = {X: r * film.width, Y: r * film.height, U0: np.tile(u0, len(radii)), U1: np.tile(u1, len(radii))}
+        return Program(steps, real).run(samples, [WEIGHT], len(r))[0].astype(float).reshape(len(radii), -1).mean(1)
 
     def _stops(self, model: Model) -> np.ndarray:
         """Error of the light in stops, relative to the axis, where the lens lights the film."""

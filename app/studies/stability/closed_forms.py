@@ -18,12 +18,12 @@ THOUSANDTH = "one digit more than is displayed"
 OWN = "the program's, float64"
 
 
-def relative(found: float, truth: Fraction) -> float | str:
+def relative(value: float, truth: Fraction) -> float | str:
     """|found / truth − 1| in percent; "NaN" or "inf" if `found` is not finite."""
-    found = float(found)
-    if not math.isfinite(found):
-        return "NaN" if math.isnan(found) else "inf"
-    return 100.0 * float(abs(Fraction(found) / truth - 1))
+    value = float(value)
+    if not math.isfinite(value):
+        return "NaN" if math.isnan(value) else "inf"
+    return 100.0 * float(abs(Fraction(value) / truth - 1))
 
 
 def asked(ask: Callable[[], float], truth: Fraction) -> float | str:
@@ -68,11 +68,11 @@ def _own_coc(focus: float, distance: float) -> float:
 def to_the_focal_length() -> Sweep:
     """Focus distance that approaches the focal length, where the image goes to infinity."""
     beyond = np.logspace(1.0, -14.0, 46)
-    forms = {"in dioptres, float64": lambda part: _in_dioptres(FOCAL_LENGTH * (1.0 + part), 1e4),
-             "as printed, float32": lambda part: _printed_coc(np.float32, FOCAL_LENGTH * (1.0 + part), 1e4),
-             OWN: lambda part: _own_coc(FOCAL_LENGTH * (1.0 + part), 1e4)}
+    forms = {"in dioptres, float64": lambda excess: _in_dioptres(FOCAL_LENGTH * (1.0 + excess), 1e4),
+             "as printed, float32": lambda excess: _printed_coc(np.float32, FOCAL_LENGTH * (1.0 + excess), 1e4),
+             OWN: lambda excess: _own_coc(FOCAL_LENGTH * (1.0 + excess), 1e4)}
     return Sweep("Thin lens as the focus comes to f", "Focus beyond f", "f", beyond, "Circle of confusion", "%", 0.1,
-                  THOUSANDTH, _rows(beyond.tolist(), forms, lambda part: _coc(FOCAL_LENGTH * (1.0 + part), 1e4)),
+                  THOUSANDTH, _rows(beyond.tolist(), forms, lambda excess: _coc(FOCAL_LENGTH * (1.0 + excess), 1e4)),
                   "The difference of focus distance and focal length is exact; one less their quotient is not. At f "
                   "and nearer the program raises FocusError.")
 
@@ -80,12 +80,12 @@ def to_the_focal_length() -> Sweep:
 def near_the_focus() -> Sweep:
     """A point that approaches the plane in focus."""
     beyond = np.logspace(0.0, -14.0, 43)
-    points = {float(part): 1500.0 * (1.0 + part) for part in beyond}
+    points = {float(excess): 1500.0 * (1.0 + excess) for excess in beyond}
     return Sweep("Blur next to the plane in focus", "Distance from it", "of the focus", beyond, "Circle of confusion",
                   "%", 0.1, THOUSANDTH, _rows(beyond.tolist(), {
-                      "in dioptres, float64": lambda part: _in_dioptres(1500.0, points[part]),
-                      OWN: lambda part: _own_coc(1500.0, points[part])},
-                      lambda part: _coc(1500.0, points[part])),
+                      "in dioptres, float64": lambda excess: _in_dioptres(1500.0, points[excess]),
+                      OWN: lambda excess: _own_coc(1500.0, points[excess])},
+                      lambda excess: _coc(1500.0, points[excess])),
                   "The difference of two nearly equal reciprocals loses digits that the difference of the two "
                   "distances keeps.")
 
@@ -116,11 +116,11 @@ def hyperfocal() -> Sweep:
     """Far limit while the focus distance approaches the hyperfocal distance."""
     before = np.logspace(-0.3, -13.0, 43)
     whole = lb.hyperfocal(FOCAL_LENGTH, F_NUMBER, BLUR)         # a sum of powers of two: exact
-    focus = {float(part): whole * (1.0 - float(part)) for part in before}
+    focus = {float(gap): whole * (1.0 - float(gap)) for gap in before}
     forms = {**_printed_limits(-1, focus.__getitem__),
-             OWN: lambda part: lb.depth_of_field(FOCAL_LENGTH, F_NUMBER, focus[part], BLUR)[1]}
+             OWN: lambda gap: lb.depth_of_field(FOCAL_LENGTH, F_NUMBER, focus[gap], BLUR)[1]}
     return Sweep("Depth of field at the hyperfocal", "Focus before the hyperfocal", "of it", before, "Far limit", "%",
-                  0.1, THOUSANDTH, _rows(before.tolist(), forms, lambda part: _limit(focus[part], -1)),
+                  0.1, THOUSANDTH, _rows(before.tolist(), forms, lambda gap: _limit(focus[gap], -1)),
                   "The far limit goes to infinity there and is infinite beyond; a focus distance in float32 is too "
                   "coarse to give the far limit.")
 
@@ -157,8 +157,8 @@ def depth() -> Sweep:
         steps = lb.Scene("wall", plates=(wall,)).depth_steps()
         slope = np.float32(0.25)
         size = np.float32(1.0) / np.sqrt(np.float32(1.0) + slope * slope)
-        given = {X: [0.0], Y: [0.0], Z: [0.0], L: [slope * size], M: [0.0], N: [-size]}
-        along = Program(steps, np.float32).run({row: np.array(v) for row, v in given.items()}, [RED], 1)[0, 0]
+        ray = {X: [0.0], Y: [0.0], Z: [0.0], L: [slope * size], M: [0.0], N: [-size]}
+        along = Program(steps, np.float32).run({row: np.array(v) for row, v in ray.items()}, [RED], 1)[0, 0]
         return float(along) * float(size)
 
     forms = {"screen z, float32": buffer(np.float32, False), "screen z, float64": buffer(np.float64, False),
@@ -179,8 +179,8 @@ def weights() -> Sweep:
     def stage(real: type) -> Callable[[float], float]:
         def weight(angle: float) -> float:
             steps = thin(0.0, 0.0, 1.0, math.inf).steps(1.0)
-            given = {X: np.full(B, tangents[angle]), Y: np.zeros(B)}
-            return float(Program(steps, real).run(given, [WEIGHT], B)[0, 0])
+            samples = {X: np.full(B, tangents[angle]), Y: np.zeros(B)}
+            return float(Program(steps, real).run(samples, [WEIGHT], B)[0, 0])
         return weight
 
     def by_the_angle(real: type) -> Callable[[float], float]:

@@ -57,26 +57,26 @@ def bracketing_search(lens: lb.Lens, distance: float, real: type, shares: tuple[
     if not math.isfinite(begin):
         return "NaN"
 
-    def seen(film: float) -> float:
-        found = (focus_of_one_ray(lens, film, share, real) for share in shares)
-        return next((at for at in found if at is not None), math.inf)
+    def in_focus(film: float) -> float:
+        foci = (focus_of_one_ray(lens, film, share, real) for share in shares)
+        return next((focus for focus in foci if focus is not None), math.inf)
 
     near = far = begin                  # a film nearer to the lens puts the plane in focus farther away
     for _ in range(STEPS):
-        if seen(far) <= distance:
+        if in_focus(far) <= distance:
             break
         far *= 1.005
     else:
         return "no end"
     for _ in range(STEPS):
-        if seen(near) >= distance:
+        if in_focus(near) >= distance:
             break
         near *= 0.995
     else:
         return "no end"
     for _ in range(HALVINGS):
         middle = float(real(0.5) * (real(near) + real(far)))
-        near, far = (middle, far) if seen(middle) >= distance else (near, middle)
+        near, far = (middle, far) if in_focus(middle) >= distance else (near, middle)
     return 0.5 * (near + far)
 
 
@@ -192,15 +192,15 @@ def three_rays(lens: lb.Lens, distance: float) -> float | str:
     return bracketing_search(lens, distance, np.float64, (0.15, 0.015, 0.0015))
 
 
-def _off(found: float | str, truth: float | Decimal) -> float | str:
+def _off(film: float | str, truth: float | Decimal) -> float | str:
     """Error of a film distance (mm), or the text that was returned instead."""
-    if isinstance(found, str):
-        return found
-    if not math.isfinite(found):
+    if isinstance(film, str):
+        return film
+    if not math.isfinite(film):
         return "NaN"
     if not math.isfinite(truth):
         return "a film distance where none exists"
-    return float(abs(Decimal(found) - Decimal(truth)))
+    return float(abs(Decimal(film) - Decimal(truth)))
 
 
 def _conjugates(title: str, values: np.ndarray, rivals: dict[str, Focus], note: str) -> Sweep:
@@ -210,8 +210,8 @@ def _conjugates(title: str, values: np.ndarray, rivals: dict[str, Focus], note: 
                                  for real, precision in PRECISIONS}
     methods |= {**rivals, "closed form": closed_form}
     with exactly():
-        truth = [conjugate(lens, at) for at in values]
-        curves = [curve(name, [_off(focus(lens, at), film) for at, film in zip(values, truth, strict=True)],
+        truth = [conjugate(lens, distance) for distance in values]
+        curves = [curve(name, [_off(focus(lens, distance), film) for distance, film in zip(values, truth, strict=True)],
                         focus is closed_form)
                   for name, focus in methods.items()]
     expected = tuple("" if film.is_finite() else "FocusError" for film in truth)
@@ -246,18 +246,18 @@ def closing_stop() -> Sweep:
     lens, distance = lenses.load(LENS), 200.0
     values = np.geomspace(lens.stop.semi_diameter, 0.02, 13)
     closed = _shares(lens, values)
-    truth = [least_blur(each, distance) for each in closed]
-    spread = [1.0 / lb.first_order(each).f_number for each in closed]
+    truth = [least_blur(stopped, distance) for stopped in closed]
+    spread = [1.0 / lb.first_order(stopped).f_number for stopped in closed]
     methods: dict[str, tuple[Focus, bool, str]] = {
         "one ray": (one_ray, False, ""), "three rays in turn": (three_rays, False, ""),
         "whole bundle": (whole_bundle, True, "")}
 
-    def blur(found: float | str, film: float, wide: float) -> float | str:
-        off = _off(found, film)
+    def blur(film_found: float | str, film: float, wide: float) -> float | str:
+        off = _off(film_found, film)
         return off if isinstance(off, str) else off * wide
 
-    curves = [curve(name, [blur(focus(each, distance), film, wide)
-                           for each, film, wide in zip(closed, truth, spread, strict=True)], own, switch)
+    curves = [curve(name, [blur(focus(stopped, distance), film, wide)
+                           for stopped, film, wide in zip(closed, truth, spread, strict=True)], own, switch)
               for name, (focus, own, switch) in methods.items()]
     return Sweep("Focus as the stop closes", "Radius of the stop", "mm", values, "Blur for the film's place", "mm",
                   5.0 * PIXEL, "five pixels of 4 µm: plainly out of focus", tuple(curves),
@@ -270,26 +270,27 @@ def best_focus(name: str) -> Sweep:
     lens, distance = lenses.load(name), 2000.0
     values = np.linspace(0.05, 1.0, 14)
     opened = _shares(lens, values * lens.stop.semi_diameter)
-    least = [rms_radius(each, least_blur(each, distance), distance) for each in opened]
+    least = [rms_radius(stopped, least_blur(stopped, distance), distance) for stopped in opened]
 
-    def narrow(each: lb.Lens, at: float) -> float | str:
-        return whole_bundle(each.with_stop_radius(0.2 * each.stop.semi_diameter), at)
+    def narrow(stopped: lb.Lens, distance: float) -> float | str:
+        return whole_bundle(stopped.with_stop_radius(0.2 * stopped.stop.semi_diameter), distance)
 
-    def smallest(each: lb.Lens, at: float) -> float | str:
-        return least_blur(each, at, extent)
+    def smallest(stopped: lb.Lens, distance: float) -> float | str:
+        return least_blur(stopped, distance, extent)
 
     methods: dict[str, tuple[Focus, bool, str]] = {
         "closed form": (closed_form, True, "the program moves the film to the least blur, and the read-outs show this"),
         "whole bundle": (whole_bundle, True, ""), "one ray": (one_ray, False, ""),
         "a fifth of the bundle": (narrow, False, ""), "least whole spot": (smallest, False, "")}
 
-    def wider(found: float | str, each: lb.Lens, best: float) -> float | str:
-        return found if isinstance(found, str) else max(
-            2.0 * math.sqrt(2.0) * (rms_radius(each, found, distance) - best), 0.0)
+    def wider(film: float | str, stopped: lb.Lens, best: float) -> float | str:
+        return film if isinstance(film, str) else max(
+            2.0 * math.sqrt(2.0) * (rms_radius(stopped, film, distance) - best), 0.0)
 
     curves: Sequence[Curve] = [
-        curve(label, [wider(focus(each, distance), each, best) for each, best in zip(opened, least, strict=True)], own,
-              switch) for label, (focus, own, switch) in methods.items()]
+        curve(label, [wider(focus(stopped, distance), stopped, best)
+                      for stopped, best in zip(opened, least, strict=True)], own, switch)
+        for label, (focus, own, switch) in methods.items()]
     return Sweep(f"Best focus, {lens.name or name}", "Stop, of the full one", "", values,
                   "Blur beyond the least", "mm", PIXEL, "a pixel of 4 µm", tuple(curves),
                   "Diameters 2√2 × rms for the axis point at 2 m. Spherical aberration separates the paraxial focus, "

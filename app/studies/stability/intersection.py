@@ -51,11 +51,11 @@ def sphere_from_the_vertex_plane(origins: np.ndarray, directions: np.ndarray, c:
     real = origins.dtype.type
     c, (p, q, r) = real(c), directions.T
     with np.errstate(all="ignore"):
-        at = origins - (origins[:, 2] / r)[:, None] * directions
-        f = c * (at[:, 0] ** 2 + at[:, 1] ** 2)
-        g = r - c * (p * at[:, 0] + q * at[:, 1])
+        points = origins - (origins[:, 2] / r)[:, None] * directions
+        f = c * (points[:, 0] ** 2 + points[:, 1] ** 2)
+        g = r - c * (p * points[:, 0] + q * points[:, 1])
         t = f / (g + np.sqrt(g * g - c * f))
-    return at + t[:, None] * directions
+    return points + t[:, None] * directions
 
 
 def newton_to_a_millionth(origins: np.ndarray, directions: np.ndarray, surface: Surface) -> np.ndarray:
@@ -64,20 +64,20 @@ def newton_to_a_millionth(origins: np.ndarray, directions: np.ndarray, surface: 
     c, one = real(surface.curvature), real(1)
     curl = real((1.0 + surface.conic) * surface.curvature**2)
 
-    def residual_and_slope(at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def residual_and_slope(points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Height above the surface (mm), and the slope of the surface by r over r."""
-        r2 = at[:, 0] ** 2 + at[:, 1] ** 2
+        r2 = points[:, 0] ** 2 + points[:, 1] ** 2
         wide = np.sqrt(one - curl * r2)
         terms = [(power // 2, real(a)) for power, a in surface.aspheric]
-        return (at[:, 2] - c * r2 / (one + wide) - sum(a * r2**half for half, a in terms),
+        return (points[:, 2] - c * r2 / (one + wide) - sum(a * r2**half for half, a in terms),
                 c / wide + sum(real(2 * half) * a * r2 ** (half - 1) for half, a in terms))
 
     with np.errstate(all="ignore"):
         t = -origins[:, 2] / directions[:, 2]
         for _ in range(10):
-            at = origins + t[:, None] * directions
-            residual, slope = residual_and_slope(at)
-            step = residual / (directions[:, 2] - slope * (at[:, :2] * directions[:, :2]).sum(1))
+            points = origins + t[:, None] * directions
+            residual, slope = residual_and_slope(points)
+            step = residual / (directions[:, 2] - slope * (points[:, :2] * directions[:, :2]).sum(1))
             t = np.where(np.abs(residual) < real(1e-6), t, t - step)
         return origins + t[:, None] * directions
 
@@ -97,11 +97,11 @@ AWAY = 50.0                     # mm from the surface to the origin of a ray
 
 def aimed(surface: lb.Surface, tilt: float = TILT, away: float = AWAY) -> Rays:
     """Rays that begin `away` mm before points all over the surface, tilted by up to `tilt` from the axis."""
-    part = (np.arange(RAYS) + 0.5) / RAYS
+    share = (np.arange(RAYS) + 0.5) / RAYS
     turn = math.pi * (3.0 - math.sqrt(5.0)) * np.arange(RAYS)           # golden angle, as in a sunflower
-    x, y = (surface.semi_diameter * np.sqrt(part) * way for way in (np.cos(turn), np.sin(turn)))
+    x, y = (surface.semi_diameter * np.sqrt(share) * way for way in (np.cos(turn), np.sin(turn)))
     targets = np.stack([x, y, surface.sag(x, y)], 1)
-    lean = tilt * np.sqrt(part[7 * np.arange(RAYS) % RAYS])         # even over the area
+    lean = tilt * np.sqrt(share[7 * np.arange(RAYS) % RAYS])         # even over the area
     directions = np.stack([np.sin(lean) * np.cos(2.0 * turn), np.sin(lean) * np.sin(2.0 * turn), np.cos(lean)], 1)
     return targets - away * directions, directions
 
@@ -114,9 +114,9 @@ def hits_of_a_conic(origins: np.ndarray, directions: np.ndarray, surface: lb.Sur
     e = c * ((o * o).sum(1) + k * o[:, 2] ** 2) - 2 * o[:, 2]
     wide = root(b * b - a * e)
     t = np.array([e_ / (w - b_) if b_ <= 0 else (-b_ - w) / a_ for a_, b_, e_, w in zip(a, b, e, wide, strict=True)])
-    at = o + t[:, None] * d
-    there = np.array([not z.is_nan() and (1 + k) * c * z < 1 for z in at[:, 2]])
-    return np.where(there[:, None], at, exact(math.nan))
+    points = o + t[:, None] * d
+    there = np.array([not z.is_nan() and (1 + k) * c * z < 1 for z in points[:, 2]])
+    return np.where(there[:, None], points, exact(math.nan))
 
 
 def reference(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface) -> Found:
@@ -136,9 +136,9 @@ def rival(hits: np.ndarray) -> Found:
     return hits, ["" if good else "NaN" for good in np.isfinite(hits).all(1)]
 
 
-def worst(found: Found, truth: np.ndarray, meant: np.ndarray) -> float | str:
+def worst(hits_and_fates: Found, truth: np.ndarray, meant: np.ndarray) -> float | str:
     """Largest distance (mm) of hits from the exact ones, or the fate; a ray off by its own rounding may do either."""
-    hits, fates = found
+    hits, fates = hits_and_fates
     there = np.isfinite(floats(truth)).all(1)
     lost = [fate for fate, known in zip(fates, there, strict=True) if known and fate]
     if lost:
@@ -155,11 +155,11 @@ def measured(surfaces: Sequence[lb.Surface], rays: Sequence[Rays], methods: dict
         for surface, ray in with_progress(list(zip(surfaces, rays, strict=True))):
             meant = truth(*ray, surface)
             for real, precision in PRECISIONS:
-                origins, directions = (np.ascontiguousarray(part, real) for part in ray)
+                origins, directions = (np.ascontiguousarray(half, real) for half in ray)
                 right = meant if real is np.float64 else truth(origins, directions, surface)
                 for name, method in {**methods, **own}.items():
-                    found = method(origins, directions, surface)
-                    results.setdefault(f"{name}, {precision}", []).append(worst(found, right, meant))
+                    hits = method(origins, directions, surface)
+                    results.setdefault(f"{name}, {precision}", []).append(worst(hits, right, meant))
     return curves_of(results, own, switch)
 
 
@@ -237,8 +237,8 @@ def hemisphere() -> Sweep:
     values = np.logspace(0.0, -15.0, 46)
     sphere = replace(GLASS, semi_diameter=50.0)
     turn = 2.0 * math.pi * np.arange(RAYS) / RAYS
-    rays = [(np.stack([50.0 * (1.0 - part) * np.cos(turn), 50.0 * (1.0 - part) * np.sin(turn), np.full(RAYS, -AWAY)],
-                      1), np.tile([0.0, 0.0, 1.0], (RAYS, 1))) for part in values]
+    rays = [(np.stack([50.0 * (1.0 - gap) * np.cos(turn), 50.0 * (1.0 - gap) * np.sin(turn), np.full(RAYS, -AWAY)],
+                      1), np.tile([0.0, 0.0, 1.0], (RAYS, 1))) for gap in values]
     return _sweep("Edge of a hemisphere", "Part of the radius left to the equator", "", values,
                    measured([sphere] * len(values), rays, SPHERES, OWN,
                             switch="no ray through a lens of the library comes nearer than a hundredth; where light "
@@ -275,14 +275,14 @@ def first_hits(origins: np.ndarray, directions: np.ndarray, surface: lb.Surface)
     (c, k), terms = exact([surface.curvature, surface.conic]), [(power, exact([a])[0]) for power, a in surface.aspheric]
 
     def height(t):
-        at = o + t[:, None] * d
-        r2 = at[:, 0] ** 2 + at[:, 1] ** 2
+        points = o + t[:, None] * d
+        r2 = points[:, 0] ** 2 + points[:, 1] ** 2
         sag = c * r2 / (1 + root(1 - (1 + k) * c * c * r2))
-        return at[:, 2] - sag - sum(a * r2 ** (power // 2) for power, a in terms)
+        return points[:, 2] - sag - sum(a * r2 ** (power // 2) for power, a in terms)
 
     along = np.linspace(AWAY - 40.0, AWAY + 5.0, 2001)
-    at = origins.astype(float)[:, None, :] + along[:, None] * directions.astype(float)[:, None, :]
-    over = at[..., 2] - surface.sag(at[..., 0], at[..., 1])
+    points = origins.astype(float)[:, None, :] + along[:, None] * directions.astype(float)[:, None, :]
+    over = points[..., 2] - surface.sag(points[..., 0], points[..., 1])
     first = np.argmax((over[:, :-1] < 0.0) & (over[:, 1:] >= 0.0), 1)
     low, high = exact(along[first]), exact(along[first + 1])
     for _ in range(64):                                 # 0.0225 mm / 2^64

@@ -158,20 +158,20 @@ def _good(rung: Rung) -> bool:
 
 def domains() -> list[Domain]:
     """Maps of a library lens of each kind with rotational symmetry."""
-    return [domain(each) for each in one_of_each_kind() if lenses.load(each).is_rotationally_symmetric]
+    return [domain(name) for name in one_of_each_kind() if lenses.load(name).is_rotationally_symmetric]
 
 
-def save_domains(found: list[Domain], path: Path) -> None:
+def save_domains(maps: list[Domain], path: Path) -> None:
     """Draw the maps of all lenses on one sheet; ExportError where it cannot be written."""
-    lines = -(-len(found) // COLUMNS)
+    lines = -(-len(maps) // COLUMNS)
     with look():
         figure = sheet(WIDTH, HEIGHT * lines + 1.0)
         figure.suptitle(f"The simplest model within {significant(PIXELS)} px of 6 µm and {significant(STOPS)} stops of "
                         "the traced lens; across: half the field at the film's corner, down: f-number",
                         color=INK, fontsize=10.5, x=0.01, ha="left")
-        for axes, each in zip(figure.subplots(lines, COLUMNS, squeeze=False).flat, found, strict=False):
-            _draw(axes, each)
-        for axes in figure.axes[len(found):]:
+        for axes, one_map in zip(figure.subplots(lines, COLUMNS, squeeze=False).flat, maps, strict=False):
+            _draw(axes, one_map)
+        for axes in figure.axes[len(maps):]:
             axes.set_axis_off()
         _legend(figure)
         save(figure, path)
@@ -186,17 +186,17 @@ def _legend(figure) -> None:
                   handlelength=1.0, columnspacing=1.2)
 
 
-def _draw(axes: "Axes", found: Domain) -> None:
+def _draw(axes: "Axes", one_map: Domain) -> None:
     from matplotlib.colors import ListedColormap
 
-    axes.imshow(found.rung, cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=len(LADDER) - 0.5, aspect="auto")
-    for (i, j), rung in np.ndenumerate(found.rung):
+    axes.imshow(one_map.rung, cmap=ListedColormap(COLOURS), vmin=-0.5, vmax=len(LADDER) - 0.5, aspect="auto")
+    for (i, j), rung in np.ndenumerate(one_map.rung):
         axes.text(j, i, SIGNS[rung], ha="center", va="center", fontsize=5.5,
                   color=INK if rung < 6 else "white")
-    axes.set_title(found.lens, fontsize=7.0, color=INK)
-    axes.set_xticks(range(0, len(found.angles), 2), [f"{significant(value, 2)}°" for value in found.angles[::2]],
+    axes.set_title(one_map.lens, fontsize=7.0, color=INK)
+    axes.set_xticks(range(0, len(one_map.angles), 2), [f"{significant(value, 2)}°" for value in one_map.angles[::2]],
                     fontsize=6.0)
-    axes.set_yticks(range(0, len(found.f_numbers), 2), [significant(value, 3) for value in found.f_numbers[::2]],
+    axes.set_yticks(range(0, len(one_map.f_numbers), 2), [significant(value, 3) for value in one_map.f_numbers[::2]],
                     fontsize=6.0)
     axes.tick_params(length=0.0)
     for side in axes.spines.values():

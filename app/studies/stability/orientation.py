@@ -37,9 +37,9 @@ def programs(real: type) -> Turned:
         first, last = np.eye(4), np.eye(4)
         first[:3, :3], last[:3, :3] = start, end
         steps = lb.AnimatedTransform(first, last).steps(0.0, 1.0)
-        given = {X: np.zeros(3), Y: np.zeros(3), Z: np.zeros(3), L: np.eye(3)[0], M: np.eye(3)[1], N: np.eye(3)[2],
+        ray = {X: np.zeros(3), Y: np.zeros(3), Z: np.zeros(3), L: np.eye(3)[0], M: np.eye(3)[1], N: np.eye(3)[2],
                  TIME: np.full(3, 0.5)}
-        return Program(steps, real).run(given, [L, M, N], 3)
+        return Program(steps, real).run(ray, [L, M, N], 3)
     return halfway
 
 
@@ -76,10 +76,10 @@ def _turned(title: str, axis: str, values: np.ndarray, angles: np.ndarray, note:
         for angle in exact(angles) * PI / 180:
             end, half = floats(turn(angle)), turn(angle / 2)
             for name, method in methods.items():
-                found = method(FIRST, end)
-                off = exact(np.where(np.isfinite(found), found, 0.0)) - half
+                rotated = method(FIRST, end)
+                off = exact(np.where(np.isfinite(rotated), rotated, 0.0)) - half
                 size = math.degrees(float(root(np.array((off * off).sum() / 2))))
-                results[name].append(size if np.isfinite(found).all() else "NaN")
+                results[name].append(size if np.isfinite(rotated).all() else "NaN")
     return Sweep(title, axis, "°", values, "Orientation half-way", "°", 1e-3, "a twentieth of a pixel at 50 mm",
                  curves_of(results, ("part of the turn",)), note)
 
@@ -96,7 +96,7 @@ def half_a_turn() -> Sweep:
 def no_turn() -> Sweep:
     """Keyframes that approach each other."""
     values = np.logspace(1.0, -12.0, 40)
-    return _turned("Keyframes all but alike", "Turn", values, values,
+    return _turned("Keyframes nearly equal", "Turn", values, values,
                    "Slerp divides by the sine of an angle that vanishes; a share of the rotation does not.")
 
 
@@ -173,5 +173,5 @@ def back_from_the_pole() -> Sweep:
 
 
 SWEEPS: dict[str, Callable[[], Sweep]] = {
-    "Keyframes half a turn apart": half_a_turn, "Keyframes all but alike": no_turn, "Poles of the panorama": pole,
+    "Keyframes half a turn apart": half_a_turn, "Keyframes nearly equal": no_turn, "Poles of the panorama": pole,
     "Back from the pole to the film": back_from_the_pole}

@@ -25,15 +25,15 @@ if TYPE_CHECKING:
 class KnownFailure:
     """One known failure of another system.
 
-    id: thread of a project, or the subject. fails: what goes wrong there. here: what this program does; "" if the
-    failure does not apply, for the reason `beside`. test: file and function under tests/ that shows it.
+    id: thread of a project, or the subject. fails: what goes wrong there. ours: what this program does; "" if the
+    failure does not apply, for its `reason`. test: file and function under tests/ that shows it.
     """
 
     id: str
     fails: str
-    here: str = ""
+    ours: str = ""
     test: str = ""
-    beside: str = ""
+    reason: str = ""
 
 
 def known_failures() -> tuple[KnownFailure, ...]:
@@ -44,7 +44,7 @@ def known_failures() -> tuple[KnownFailure, ...]:
 
 def table() -> list[str]:
     """The known failures as lines of a Markdown table."""
-    rows = [(failure.id, failure.fails, failure.here or f"does not apply: {failure.beside}",
+    rows = [(failure.id, failure.fails, failure.ours or f"does not apply: {failure.reason}",
              f"`{failure.test.partition('::')[0]}`" if failure.test else "") for failure in known_failures()]
     return ["| where | what fails there | here | test |", "|---|---|---|---|",
             *(f"| {' | '.join(row)} |" for row in rows)]
@@ -119,14 +119,14 @@ def _draw(axes: "Axes", sweep: Sweep) -> None:
 
     tints = colours(sweep)
     for curve in sweep.curves:
-        at, y = sweep.failure(curve), plotted_errors(sweep, curve)
+        failure, y = sweep.failure(curve), plotted_errors(sweep, curve)
         safe, fails, returns = sweep.words(curve)
-        label = curve.name + (f"\n   fails at {fails}" if at is not None else "\n   holds")
+        label = curve.name + (f"\n   fails at {fails}" if failure is not None else "\n   holds")
         axes.plot(sweep.values, y, color=tints[method_name(curve)], linewidth=1.8 if curve.own else 1.0, label=label,
                   linestyle=(0, (4, 2)) if curve.name.endswith("float32") else "-")
-        if at is not None:
-            level = y[at] if np.isfinite(y[at]) else sweep.limit
-            axes.plot(sweep.values[at], level, "x", color=tints[method_name(curve)], markersize=7.0,
+        if failure is not None:
+            level = y[failure] if np.isfinite(y[failure]) else sweep.limit
+            axes.plot(sweep.values[failure], level, "x", color=tints[method_name(curve)], markersize=7.0,
                       markeredgewidth=1.8)
     axes.axhline(sweep.limit, color=FAINT, linewidth=1.0, linestyle=":")
     axes.annotate(f"limit {quantity_text(sweep.limit, sweep.measure_unit)}", (0.01, sweep.limit), (0, 3),
@@ -136,7 +136,7 @@ def _draw(axes: "Axes", sweep: Sweep) -> None:
         axes.invert_xaxis()
 
 
-def save_index(found: list[tuple[str, Sweep]], folder: Path, suffix: str, domains: str = "") -> None:
+def save_index(sweeps: list[tuple[str, Sweep]], folder: Path, suffix: str, domains: str = "") -> None:
     """Write index.md: plot, table and note of each sweep, the maps of models, and the known failures."""
     lines = ["# Stability sweeps", "",
              "Written by `lensbench stability -o FOLDER`. Each sweep makes a problem harder from left to right. The "
@@ -144,7 +144,7 @@ def save_index(found: list[tuple[str, Sweep]], folder: Path, suffix: str, domain
              " tables) if the program relies on the method. A cross marks the first value at which the error exceeds "
              "the limit, or at which the method gives no answer although one exists.", ""]
     family = ""
-    for name, sweep in found:
+    for name, sweep in sweeps:
         if name != family:
             family = name
             lines += [f"## {family}", ""]
@@ -162,5 +162,5 @@ def save_index(found: list[tuple[str, Sweep]], folder: Path, suffix: str, domain
                   "The simplest model that is accurate enough, for each lens over its field and stops: the model that "
                   "Auto chooses there.", "", f"![domains of the models]({domains})", ""]
     lines += ["## Known failures of other systems", "", *table(), ""]
-    with replacing(folder / INDEX) as part:
-        part.write_text("\n".join(lines), encoding="utf-8")
+    with replacing(folder / INDEX) as partial_file:
+        partial_file.write_text("\n".join(lines), encoding="utf-8")

@@ -37,7 +37,7 @@ FULL_FRAME = 0.5 * math.hypot(36.0, 24.0)
 Aim = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]     # uv (n, 2) → points (n, 2), area (n,) of each
 
 
-class Place(NamedTuple):
+class FilmPoint(NamedTuple):
     """A film point (x, y) behind a lens, the film distance from the last vertex, and half the film diagonal; mm."""
 
     lens: lb.Lens
@@ -53,29 +53,29 @@ class Result(NamedTuple):
     waste: float
 
 
-def passing(place: Place, points: np.ndarray) -> np.ndarray:
+def passing(point: FilmPoint, points: np.ndarray) -> np.ndarray:
     """Which rays from the film point to points (n, 2) of the rear plane pass, by the block tracer in float64."""
-    way = np.column_stack([points - place.film, np.full(len(points), -place.film_distance)])
+    way = np.column_stack([points - point.film, np.full(len(points), -point.film_distance)])
     way /= np.linalg.norm(way, axis=1)[:, None]
     n = len(points)
-    given = {X: np.full(n, place.film[0]), Y: np.full(n, place.film[1]), L: way[:, 0], M: way[:, 1], N: way[:, 2]}
-    return Program(surface_steps(place.lens, place.film_distance), np.float64).run(given, [CLEARANCE], n)[0] <= 1.0
+    rays = {X: np.full(n, point.film[0]), Y: np.full(n, point.film[1]), L: way[:, 0], M: way[:, 1], N: way[:, 2]}
+    return Program(surface_steps(point.lens, point.film_distance), np.float64).run(rays, [CLEARANCE], n)[0] <= 1.0
 
 
 @lru_cache(maxsize=256)
-def true_area(place: Place) -> float:
+def true_area(point: FilmPoint) -> float:
     """Area (mm²) of the region, by grids of scalar rays, each finer around the rays that pass."""
-    rear = 1.5 * place.lens.surfaces[-1].semi_diameter
-    low, high = np.minimum(-rear, np.minimum(place.film, 0.0)), np.maximum(rear, np.maximum(place.film, 0.0))
+    rear = 1.5 * point.lens.surfaces[-1].semi_diameter
+    low, high = np.minimum(-rear, np.minimum(point.film, 0.0)), np.maximum(rear, np.maximum(point.film, 0.0))
     area, cells = 0.0, FIRST_CELLS
     for _ in range(LOOKS):
         cell = (high - low) / cells
-        at = [low[k] + cell[k] * (np.arange(cells) + 0.5) for k in (0, 1)]
-        u, v = np.meshgrid(*at)
-        inside = _inside(place, u.ravel(), v.ravel()).reshape(cells, cells)
+        centres = [low[k] + cell[k] * (np.arange(cells) + 0.5) for k in (0, 1)]
+        u, v = np.meshgrid(*centres)
+        inside = _inside(point, u.ravel(), v.ravel()).reshape(cells, cells)
         area = float(inside.sum() * cell.prod())
         if not inside.any():                            # around the cell that is nearest to passing
-            nearest = _nearest(place, u.ravel()[::7], v.ravel()[::7])
+            nearest = _nearest(point, u.ravel()[::7], v.ravel()[::7])
             if nearest is None:
                 return 0.0
             low, high, cells = nearest - 8.0 * cell, nearest + 8.0 * cell, CELLS
@@ -92,40 +92,40 @@ def true_area(place: Place) -> float:
     return area
 
 
-def _ways(place: Place, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    film = np.array([*place.film, place.lens.length + place.film_distance])
-    return film, np.column_stack([u, v, np.full(u.size, place.lens.length)]) - film
+def _ways(point: FilmPoint, u: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    film = np.array([*point.film, point.lens.length + point.film_distance])
+    return film, np.column_stack([u, v, np.full(u.size, point.lens.length)]) - film
 
 
-def _inside(place: Place, u: np.ndarray, v: np.ndarray) -> np.ndarray:
-    return lb.trace(place.lens, *_ways(place, u, v)).fate == lb.Fate.PASSED
+def _inside(point: FilmPoint, u: np.ndarray, v: np.ndarray) -> np.ndarray:
+    return lb.trace(point.lens, *_ways(point, u, v)).fate == lb.Fate.PASSED
 
 
-def _nearest(place: Place, u: np.ndarray, v: np.ndarray) -> np.ndarray | None:
+def _nearest(point: FilmPoint, u: np.ndarray, v: np.ndarray) -> np.ndarray | None:
     """The point of the rear plane whose ray exceeds the rims least; None where all rays miss."""
-    t = lb.trace(place.lens, *_ways(place, u, v), record=True, clip=False)
+    t = lb.trace(point.lens, *_ways(point, u, v), record=True, clip=False)
     assert t.paths is not None
-    rims = np.array([surface.semi_diameter for surface in place.lens.surfaces])[::-1]
+    rims = np.array([surface.semi_diameter for surface in point.lens.surfaces])[::-1]
     share = np.where(t.fate == lb.Fate.PASSED, (np.hypot(t.paths[:, 1:, 0], t.paths[:, 1:, 1]) / rims).max(1), np.inf)
     best = int(np.argmin(share))
     return np.array([u[best], v[best]]) if math.isfinite(share[best]) else None
 
 
-def result(place: Place, aim: Aim) -> Result:
+def result(point: FilmPoint, aim: Aim) -> Result:
     """Light error and blocked share of the samples of a method."""
     points, area = aim(even_points(SAMPLES))
-    passed = passing(place, points) & (area > 0.0)
-    truth, found = true_area(place), float((area * passed).mean())
+    passed = passing(point, points) & (area > 0.0)
+    truth, estimate = true_area(point), float((area * passed).mean())
     if truth == 0.0:
-        return Result(0.0 if found == 0.0 else math.inf, float((area > 0.0).mean()))
-    return Result(abs(found / truth - 1.0), 1.0 - float(passed.mean()))
+        return Result(0.0 if estimate == 0.0 else math.inf, float((area > 0.0).mean()))
+    return Result(abs(estimate / truth - 1.0), 1.0 - float(passed.mean()))
 
 
-def paraxial_disk(place: Place) -> Aim:
+def paraxial_disk(point: FilmPoint) -> Aim:
     """Paraxial exit pupil, projected from the film point onto the rear plane."""
-    pupil = lb.first_order(place.lens).exit_pupil
-    toward = place.film_distance / (place.lens.length + place.film_distance - pupil.z)
-    centre, radius = np.array(place.film) * (1.0 - toward), abs(pupil.radius * toward)
+    pupil = lb.first_order(point.lens).exit_pupil
+    toward = point.film_distance / (point.lens.length + point.film_distance - pupil.z)
+    centre, radius = np.array(point.film) * (1.0 - toward), abs(pupil.radius * toward)
 
     def aim(uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         r, turn = radius * np.sqrt(uv[:, 0]), 2.0 * math.pi * uv[:, 1]
@@ -135,40 +135,40 @@ def paraxial_disk(place: Place) -> Aim:
     return aim
 
 
-def box(place: Place, samples: int) -> Aim:
+def box(point: FilmPoint, samples: int) -> Aim:
     """As pbrt: the box of those of `samples` rays from a bucket of film radii that pass."""
     random = np.random.default_rng(7)
-    radius, width = math.hypot(*place.film), place.reach / BUCKETS
+    radius, width = math.hypot(*point.film), point.reach / BUCKETS
     bucket = min(int(radius / width), BUCKETS - 1)
-    cosine, sine = np.array(place.film) / radius if radius > 0.0 else (1.0, 0.0)
-    square = 1.5 * place.lens.surfaces[-1].semi_diameter
+    cosine, sine = np.array(point.film) / radius if radius > 0.0 else (1.0, 0.0)
+    square = 1.5 * point.lens.surfaces[-1].semi_diameter
     film = (bucket + random.random(samples)) * width
     points = random.uniform(-square, square, (samples, 2))
-    way = np.column_stack([points[:, 0] - film, points[:, 1], np.full(samples, -place.film_distance)])
+    way = np.column_stack([points[:, 0] - film, points[:, 1], np.full(samples, -point.film_distance)])
     way /= np.linalg.norm(way, axis=1)[:, None]
-    given = {X: film, L: way[:, 0], M: way[:, 1], N: way[:, 2]}
-    program = Program(surface_steps(place.lens, place.film_distance), np.float64)
-    through = program.run(given, [CLEARANCE], samples)[0] <= 1.0
+    rays = {X: film, L: way[:, 0], M: way[:, 1], N: way[:, 2]}
+    program = Program(surface_steps(point.lens, point.film_distance), np.float64)
+    through = program.run(rays, [CLEARANCE], samples)[0] <= 1.0
     margin = 2.0 * math.sqrt(2.0) * 2.0 * square / math.sqrt(samples)
     low, high = ((points[through].min(0) - margin, points[through].max(0) + margin) if through.any()
                  else (np.full(2, -square), np.full(2, square)))
 
     def aim(uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        at = low + uv * (high - low)
-        turned = np.column_stack([at[:, 0] * cosine - at[:, 1] * sine, at[:, 0] * sine + at[:, 1] * cosine])
+        aims = low + uv * (high - low)
+        turned = np.column_stack([aims[:, 0] * cosine - aims[:, 1] * sine, aims[:, 0] * sine + aims[:, 1] * cosine])
         return turned, np.full(len(uv), (high - low).prod())
 
     return aim
 
 
-def sampled(place: Place, table: PupilTable | PupilGrid) -> Aim:
+def sampled(point: FilmPoint, table: PupilTable | PupilGrid) -> Aim:
     """Samples as a camera draws them from this table."""
     def aim(uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         n = len(uv)
-        given = {X: np.full(n, place.film[0]), Y: np.full(n, place.film[1]), U0: uv[:, 0], U1: uv[:, 1]}
-        l, m, n_, weight = Program([table.step(1.0)], np.float64).run(given, [L, M, N, WEIGHT], n)
+        samples = {X: np.full(n, point.film[0]), Y: np.full(n, point.film[1]), U0: uv[:, 0], U1: uv[:, 1]}
+        l, m, n_, weight = Program([table.step(1.0)], np.float64).run(samples, [L, M, N, WEIGHT], n)
         with np.errstate(divide="ignore", invalid="ignore"):
-            points = np.array(place.film) + place.film_distance * np.column_stack([l, m]) / -n_[:, None]
+            points = np.array(point.film) + point.film_distance * np.column_stack([l, m]) / -n_[:, None]
             return np.nan_to_num(points), np.where(weight > 0.0, weight / n_**4, 0.0)
 
     return aim
@@ -178,26 +178,26 @@ _table = lru_cache(maxsize=32)(PupilTable.of)
 _grid = lru_cache(maxsize=2)(PupilGrid.of)
 
 
-def solved(place: Place) -> Aim:
+def solved(point: FilmPoint) -> Aim:
     """The program's method: regions of 64 film radii, divided into triangles of equal area."""
-    return sampled(place, _table(place.lens, place.film_distance, place.reach))
+    return sampled(point, _table(point.lens, point.film_distance, point.reach))
 
 
-def solved_everywhere(place: Place) -> Aim:
+def solved_everywhere(point: FilmPoint) -> Aim:
     """The program's method for lenses with cylinders: regions of a grid of film points."""
-    side = place.reach / math.sqrt(2.0)
-    return sampled(place, _grid(place.lens, place.film_distance, side, side))
+    side = point.reach / math.sqrt(2.0)
+    return sampled(point, _grid(point.lens, point.film_distance, side, side))
 
 
-def turned(place: Place) -> Aim:
+def turned(point: FilmPoint) -> Aim:
     """The table by radius of the section y–z, rotated with the film point, as if there were no cylinder."""
-    return sampled(place, _table(place.lens.section("y"), place.film_distance, place.reach))
+    return sampled(point, _table(point.lens.section("y"), point.film_distance, point.reach))
 
 
-def star(place: Place) -> Aim:
+def star(point: FilmPoint) -> Aim:
     """What is seen from one centre of the region of this very film point, and nothing beyond it."""
-    radius = math.hypot(*place.film)
-    centre, rim = solve_rims(place.lens, place.film_distance, np.array([radius]), 129, 1e-6)
+    radius = math.hypot(*point.film)
+    centre, rim = solve_rims(point.lens, point.film_distance, np.array([radius]), 129, 1e-6)
     corners = np.concatenate([rim[0], rim[0, -2::-1] * [1.0, -1.0]])
     cross = corners[:-1, 0] * corners[1:, 1] - corners[:-1, 1] * corners[1:, 0]
     upto = np.append(0.0, np.cumsum(np.maximum(cross, 0.0)))
@@ -205,34 +205,34 @@ def star(place: Place) -> Aim:
     def aim(uv: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         if not upto[-1] > 0.0:
             return np.zeros_like(uv), np.zeros(len(uv))
-        at = np.interp(uv[:, 0] * upto[-1], upto, np.arange(len(upto)))
-        k = np.minimum(at.astype(int), len(cross) - 1)
-        share = (at - k)[:, None]
+        bins = np.interp(uv[:, 0] * upto[-1], upto, np.arange(len(upto)))
+        k = np.minimum(bins.astype(int), len(cross) - 1)
+        share = (bins - k)[:, None]
         edge = corners[k] * (1.0 - share) + corners[k + 1] * share
         return np.sqrt(uv[:, 1:]) * edge + [centre[0], 0.0], np.full(len(uv), 0.5 * upto[-1])
 
     return aim
 
 
-METHODS: dict[str, Callable[[Place], Aim]] = {
+METHODS: dict[str, Callable[[FilmPoint], Aim]] = {
     "paraxial disk": paraxial_disk, **{f"boxes of {rays:,} rays": partial(box, samples=rays)
                                        for rays in (1 << 10, 1 << 15, 1 << 20)}, "solved region": solved}
 OWN = {"solved region", "solved all over the film"}
 
 
-def _curves(places: Sequence[Place], methods: dict[str, Callable[[Place], Aim]]) -> dict[str, list[Result]]:
-    return {name: [result(place, method(place)) for place in places] for name, method in methods.items()}
+def _curves(points: Sequence[FilmPoint], methods: dict[str, Callable[[FilmPoint], Aim]]) -> dict[str, list[Result]]:
+    return {name: [result(point, method(point)) for point in points] for name, method in methods.items()}
 
 
 def _sweeps(title: str, axis: str, unit: str, values: np.ndarray, note: str,
-              found: Callable[[], dict[str, list[Result]]], linear: bool = False,
+              by_method: Callable[[], dict[str, list[Result]]], linear: bool = False,
               switch: str = "") -> dict[str, Callable[[], Sweep]]:
     """Two sweeps from one run: light and samples. switch: what the program does where its own method fails."""
-    once = lru_cache(maxsize=1)(found)
+    once = lru_cache(maxsize=1)(by_method)
 
     def sweep(light: bool) -> Sweep:
         curves: tuple[Curve, ...] = tuple(
-            curve(name, [each.light if light else each.waste for each in results], name in OWN,
+            curve(name, [result.light if light else result.waste for result in results], name in OWN,
                   switch if name in OWN else "") for name, results in once().items())
         what, limit, why = (("Light", LIGHT, "a hundredth: a step that can be visible in an even sky") if light
                             else ("Share of the samples that pass", WASTE, "half of them are blocked"))
@@ -242,10 +242,10 @@ def _sweeps(title: str, axis: str, unit: str, values: np.ndarray, note: str,
     return {f"{title}: light": lambda: sweep(True), f"{title}: samples": lambda: sweep(False)}
 
 
-def _place(name: str, radius: float, reach: float = FULL_FRAME, stop: float = 1.0) -> Place:
+def _film_point(name: str, radius: float, reach: float = FULL_FRAME, stop: float = 1.0) -> FilmPoint:
     lens = lenses.load(name)
     closed = lens.with_stop_radius(stop * lens.stop.semi_diameter)
-    return Place(closed, lb.film_distance(lens, math.inf), (radius, 0.0), reach)
+    return FilmPoint(closed, lb.film_distance(lens, math.inf), (radius, 0.0), reach)
 
 
 @lru_cache(maxsize=4)
@@ -261,29 +261,29 @@ LAST, ACROSS = np.geomspace(0.1, 4e-3, 9), np.linspace(0.0, 11.0, 6)
 
 def _field() -> dict[str, list[Result]]:
     end = _end(LENS)
-    return _curves([_place(LENS, end * (1.0 - left), 1.0001 * end) for left in FIELD], METHODS)
+    return _curves([_film_point(LENS, end * (1.0 - left), 1.0001 * end) for left in FIELD], METHODS)
 
 
 def _stop() -> dict[str, list[Result]]:
-    return _curves([_place(LENS, 15.0, stop=share) for share in STOPS], METHODS)
+    return _curves([_film_point(LENS, 15.0, stop=share) for share in STOPS], METHODS)
 
 
 def _size() -> dict[str, list[Result]]:
     end = _end(LENS)
-    return _curves([_place(LENS, 0.9 * end, size * end) for size in SIZES], METHODS)
+    return _curves([_film_point(LENS, 0.9 * end, size * end) for size in SIZES], METHODS)
 
 
 def _bent() -> dict[str, list[Result]]:
     end = _end(BENT)
-    return _curves([_place(BENT, end * (1.0 - left), 1.0001 * end) for left in LAST],
+    return _curves([_film_point(BENT, end * (1.0 - left), 1.0001 * end) for left in LAST],
                    {**METHODS, "star-shaped outline": star})
 
 
 def _cylinders() -> dict[str, list[Result]]:
     lens = lenses.load(CYLINDERS)
     z, turn = lb.film_distance(lens, 3000.0), math.radians(45.0)
-    places = [Place(lens, z, (r * math.cos(turn), r * math.sin(turn)), 12.0) for r in ACROSS]
-    return _curves(places, {"paraxial disk": paraxial_disk, "boxes of 1,048,576 rays": partial(box, samples=1 << 20),
+    points = [FilmPoint(lens, z, (r * math.cos(turn), r * math.sin(turn)), 12.0) for r in ACROSS]
+    return _curves(points, {"paraxial disk": paraxial_disk, "boxes of 1,048,576 rays": partial(box, samples=1 << 20),
                             "table by radius, turned": turned, "solved all over the film": solved_everywhere})
 
 

@@ -96,8 +96,8 @@ def by_scalars(lens: lb.Lens, origins: np.ndarray, directions: np.ndarray) -> tu
 
 def by_blocks(lens: lb.Lens, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray, list[str]]:
     """The same by the block tracer, whose directions have the length of the index."""
-    given = dict(zip([X, Y, Z, L, M, N, WEIGHT], [*origins.T, *directions.T, np.ones(len(origins))], strict=True))
-    out = Program(surface_steps(lens, 0.0, towards="film"), origins.dtype.type).run(given, list(given), len(origins))
+    rays = dict(zip([X, Y, Z, L, M, N, WEIGHT], [*origins.T, *directions.T, np.ones(len(origins))], strict=True))
+    out = Program(surface_steps(lens, 0.0, towards="film"), origins.dtype.type).run(rays, list(rays), len(origins))
     return out[:3].T, out[3:6].T, ["" if weight > 0.0 else LOST for weight in out[6]]
 
 
@@ -118,8 +118,8 @@ def by_the_angle(directions: np.ndarray) -> Found:
     with np.errstate(all="ignore"):
         angle = np.arcsin(real(INDEX) * np.sin(np.arccos(np.clip(directions[:, 2], real(-1), real(1)))))
         flat = np.sin(angle) / np.where(across > 0.0, across, real(1))
-    found = np.stack([directions[:, 0] * flat, directions[:, 1] * flat, np.cos(angle)], 1)
-    return found, ["" if good else "NaN" for good in np.isfinite(found).all(1)]
+    refracted = np.stack([directions[:, 0] * flat, directions[:, 1] * flat, np.cos(angle)], 1)
+    return refracted, ["" if good else "NaN" for good in np.isfinite(refracted).all(1)]
 
 
 def by_the_cosine(directions: np.ndarray) -> Found:
@@ -128,9 +128,9 @@ def by_the_cosine(directions: np.ndarray) -> Found:
     index, cosine = real(INDEX), directions[:, 2]
     sine2 = index * index * np.maximum(real(0), real(1) - cosine * cosine)
     behind = np.sqrt(np.maximum(real(0), real(1) - sine2))
-    found = index * directions
-    found[:, 2] += behind - index * cosine
-    return found, ["" if good else TOTAL for good in sine2 < 1.0]
+    refracted = index * directions
+    refracted[:, 2] += behind - index * cosine
+    return refracted, ["" if good else TOTAL for good in sine2 < 1.0]
 
 
 METHODS: dict[str, Callable[[np.ndarray], Found]] = {
@@ -139,22 +139,22 @@ METHODS: dict[str, Callable[[np.ndarray], Found]] = {
 OWN = ("vector form", "vector form in blocks")
 
 
-def worst(found: Found, truth: np.ndarray, directions: np.ndarray) -> float | str:
+def worst(traced: Found, truth: np.ndarray, directions: np.ndarray) -> float | str:
     """Largest angle (µrad) from the exact directions, or the fate that was returned instead.
 
     Where no refracted ray exists, a method may return a ray along the surface: its error is the angle to the critical
     ray.
     """
     there = np.isfinite(floats(truth)).all(1)
-    lost = [fate for fate, known in zip(found[1], there, strict=True) if known and fate]
+    lost = [fate for fate, known in zip(traced[1], there, strict=True) if known and fate]
     if lost:
         return lost[0]
-    claimed = np.array([not fate for fate in found[1]])
+    claimed = np.array([not fate for fate in traced[1]])
     if not claimed.any():
-        return found[1][0]
+        return traced[1][0]
     flat = exact(directions) * [1, 1, 0]
     flat = flat / np.where(there, 1, root((flat * flat).sum(1)))[:, None]      # used only where no ray exists
-    off = exact(np.where(claimed[:, None], found[0], 0.0)) - np.where(there[:, None], truth, flat)
+    off = exact(np.where(claimed[:, None], traced[0], 0.0)) - np.where(there[:, None], truth, flat)
     return 1e6 * float(floats(root((off * off).sum(1)))[claimed].max())
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.studies.charts.samplers import white_noise
-from lensbench.app.studies.stability.pupils import Place, passing, sampled
+from lensbench.app.studies.stability.pupils import FilmPoint, passing, sampled
 from lensbench.app.studies.stability.sweep import LOST, Sweep, curve
 from lensbench.app.studies.timing import even_points
 from lensbench.core.kernels.block import PITCH, U0, U1, B, Step, lane_buffer
@@ -28,11 +28,11 @@ RAYS = 24                       # rays at the edge of the pupil
 
 
 @lru_cache(maxsize=2)
-def _region(radius: float) -> tuple[Place, PupilTable]:
+def _region(radius: float) -> tuple[FilmPoint, PupilTable]:
     """Film point at this radius (mm), and its region table at the true size."""
     lens = lenses.load(LENS)
     film_distance = lb.film_distance(lens, math.inf)
-    return (Place(lens, film_distance, (radius, 0.0), REACH),
+    return (FilmPoint(lens, film_distance, (radius, 0.0), REACH),
             PupilTable.of(lens, film_distance, REACH, widened=False))
 
 
@@ -41,9 +41,9 @@ def _light(radius: float, size: float, uv: np.ndarray, turn: float | None) -> tu
 
     turn: direction of an edge through the middle of the region, behind which it is dark; None: an even scene.
     """
-    place, table = _region(radius)
-    points, area = sampled(place, replace(table, outline=table.outline * size))(uv)
-    passed = passing(place, points)
+    point, table = _region(radius)
+    points, area = sampled(point, replace(table, outline=table.outline * size))(uv)
+    passed = passing(point, points)
     if turn is not None:
         middle = np.array([table.centre(np.array([radius]))[0], 0.0])
         passed_light = passed & ((points - middle) @ [math.cos(turn), math.sin(turn)] > 0.0)
@@ -57,8 +57,8 @@ def lost_light() -> Sweep:
     values = np.geomspace(1e-4, 0.3, 15)
 
     def lost(radius: float, less: float) -> float:
-        whole, part = (_light(radius, size, even_points(EVEN), None)[0].mean() for size in (1.03, 1.0 - less))
-        return abs(1.0 - float(part / whole))
+        whole, inner = (_light(radius, size, even_points(EVEN), None)[0].mean() for size in (1.03, 1.0 - less))
+        return abs(1.0 - float(inner / whole))
 
     curves = [curve(name, [lost(radius, less) for less in values], True, "regions are drawn 1.004 × as wide")
               for name, radius in (("on the axis", 0.0), ("cat's eye", FIELD))]
@@ -72,12 +72,12 @@ def _numbers(kernel) -> np.ndarray:
     """Places in the pupil (SAMPLES, B, 2) of B pixels."""
     program = Program([Step(kernel, [B, 1])], np.float64)
     film, lanes = np.zeros((1, 3 * B)), lane_buffer(np.float64)
-    found = np.empty((SAMPLES, B, 2))
+    samples = np.empty((SAMPLES, B, 2))
     for k in range(SAMPLES):
         program.expose(film, lanes, 0, 1, k, 1, np.uint32(1))
         for j, row in enumerate((U0, U1)):
-            found[k, :, j] = lanes[row * PITCH:row * PITCH + B]
-    return found
+            samples[k, :, j] = lanes[row * PITCH:row * PITCH + B]
+    return samples
 
 
 def noise(radius: float) -> Sweep:
@@ -91,7 +91,7 @@ def noise(radius: float) -> Sweep:
         light = _light(radius, size, numbers.reshape(-1, 2), edge)[0].reshape(SAMPLES, B).mean(0)
         return float(np.sqrt(((light / truth - 1.0) ** 2).mean()))
 
-    curves = [curve(f"{name}, {scene}", [rms(kernel, 1.0 / math.sqrt(part), edge) for part in passing_part],
+    curves = [curve(f"{name}, {scene}", [rms(kernel, 1.0 / math.sqrt(share), edge) for share in passing_part],
                     kernel is sample_pixels, "a region of its own for every film point: 98 in 100 pass")
               for scene, edge in (("even scene", None), ("an edge across the pupil", turn))
               for name, kernel in (("scrambled net", sample_pixels), ("white noise", white_noise))]
@@ -119,13 +119,13 @@ def differentials() -> Sweep:
             lit = np.isfinite(truth).all(1) & (camera.generate_rays(raster, uv, dtype=real).weights > 0.0)
             off = np.linalg.norm(dx.directions - truth, axis=1)[lit] / np.linalg.norm(truth, axis=1)[lit]
             own[name].append(float(off.max()) if off.size and np.isfinite(off).all() else "NaN" if off.size else LOST)
-        here, beside = (camera.generate_rays(raster + [step, 0.0], uv) for step in (0.0, 1.0))
-        if (beside.weights[here.weights > 0.0] > 0.0).all():
-            off = np.linalg.norm(beside.directions - here.directions - truth, axis=1) / np.linalg.norm(truth, axis=1)
-            neighbour.append(float(off[here.weights > 0.0].max()))
+        rays, next_rays = (camera.generate_rays(raster + [step, 0.0], uv) for step in (0.0, 1.0))
+        if (next_rays.weights[rays.weights > 0.0] > 0.0).all():
+            off = np.linalg.norm(next_rays.directions - rays.directions - truth, axis=1) / np.linalg.norm(truth, axis=1)
+            neighbour.append(float(off[rays.weights > 0.0].max()))
         else:
             neighbour.append(LOST)
-    curves = [curve("the next pixel's ray", neighbour), *(curve(name, found, True) for name, found in own.items())]
+    curves = [curve("the next pixel's ray", neighbour), *(curve(name, errors, True) for name, errors in own.items())]
     return Sweep("Differentials at the edge of the pupil", "Part of the way to the rim that is left", "", values,
                   "Change of direction a pixel", "", 0.01, "a hundredth of a pixel's footprint", tuple(curves),
                   "The ray of the next pixel with the same random numbers passes another point of the pupil, and at "
@@ -155,13 +155,13 @@ def _slopes(camera: lb.LensCamera, raster: np.ndarray, uv: np.ndarray) -> np.nda
     back = lb.trace(lens, rays.origins + [0.0, 0.0, end], -rays.directions, clip=False, forward=True)
     rear = back.points + ((lens.length - back.points[:, 2]) / back.directions[:, 2])[:, None] * back.directions
 
-    def seen(step: float) -> np.ndarray:
+    def directions(step: float) -> np.ndarray:
         film = np.column_stack([(0.5 - (raster[:, 0] + step) / 960.0) * 36.0, (raster[:, 1] / 640.0 - 0.5) * 24.0,
                                 np.full(len(raster), end)])
         return lb.trace(lens, film, rear - film, clip=False, forward=False).directions
 
     step = 0.5
-    near, far = ((seen(k * step) - seen(-k * step)) / (2.0 * k * step) for k in (1, 2))
+    near, far = ((directions(k * step) - directions(-k * step)) / (2.0 * k * step) for k in (1, 2))
     return (4.0 * near - far) / 3.0
 
 

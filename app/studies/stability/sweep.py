@@ -70,8 +70,8 @@ class Sweep:
     def right(self, curve: Curve) -> np.ndarray:
         """Whether the method is right at each value (n,): an error within the limit, or the correct fate."""
         expected = self.expected or ("",) * len(self.values)
-        return np.array([error <= self.limit if not wanted and not returned else returned in (wanted, wanted and LOST)
-                         for error, returned, wanted in zip(curve.errors, curve.returned, expected, strict=True)])
+        return np.array([error <= self.limit if not answer and not returned else returned in (answer, answer and LOST)
+                         for error, returned, answer in zip(curve.errors, curve.returned, expected, strict=True)])
 
     def failure(self, curve: Curve) -> int | None:
         """Index of the first value at which the method fails; None if it never fails."""
@@ -80,16 +80,16 @@ class Sweep:
 
     def verdict(self, curve: Curve) -> "Verdict":
         """Where the method is safe, where it fails, and what it returns there."""
-        at = self.failure(curve)
-        good = len(self.values) if at is None else at
+        failure = self.failure(curve)
+        good = len(self.values) if failure is None else failure
         known = curve.errors[:good][np.isfinite(curve.errors[:good])]
-        if at is not None:
-            off = quantity_text(curve.errors[at], self.measure_unit)
-            returns = curve.returned[at] or f"{self.measure.lower()} off by {off}"
+        if failure is not None:
+            off = quantity_text(curve.errors[failure], self.measure_unit)
+            returns = curve.returned[failure] or f"{self.measure.lower()} off by {off}"
         else:
             returns = next((fate for fate in self.expected if fate), "")
         return Verdict(safe_up_to=float(self.values[good - 1]) if good else None,
-                       fails_at=None if at is None else float(self.values[at]), returns=returns,
+                       fails_at=None if failure is None else float(self.values[failure]), returns=returns,
                        worst=float(known.max()) if known.size else 0.0)
 
     def words(self, curve: Curve) -> tuple[str, str, str]:
@@ -122,8 +122,8 @@ def curve(name: str, results: Sequence[float | str], own: bool = False, switch: 
 
 def curves_of(results: Mapping[str, Sequence[float | str]], own: Container[str], switch: str = "") -> tuple[Curve, ...]:
     """Curves of methods named with their precision; own: names without it, for which `switch` holds."""
-    return tuple(curve(name, found, name.rpartition(",")[0] in own, switch if name.rpartition(",")[0] in own else "")
-                 for name, found in results.items())
+    return tuple(curve(name, runs, name.rpartition(",")[0] in own, switch if name.rpartition(",")[0] in own else "")
+                 for name, runs in results.items())
 
 
 def quantity_text(value: float, unit: str) -> str:

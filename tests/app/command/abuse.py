@@ -26,24 +26,24 @@ NAMES = [field for field in fields(Settings) if spec(field).help and field.name 
 def words(rng):
     """The arguments of one command, without its output."""
     lens_model = rng.choice(("pinhole", "thin", "thick", "trace", "trace"))
-    found = ["render", rng.choice(LENSES), "--size", f"{rng.randint(1, 12)}x{rng.randint(1, 9)}", "--samples", "1",
+    arguments = ["render", rng.choice(LENSES), "--size", f"{rng.randint(1, 12)}x{rng.randint(1, 9)}", "--samples", "1",
              f"--lens-model={lens_model}", f"--scene={rng.choice(SCENES)}"]
     if rng.random() < 0.4:
-        found.append(f"--camera={rng.choice(list(CAMERAS))}")
+        arguments.append(f"--camera={rng.choice(list(CAMERAS))}")
     chosen = rng.sample(NAMES, rng.randint(1, 4))
-    found += [argument for field in chosen if (argument := option(field, rng))]
+    arguments += [argument for field in chosen if (argument := option(field, rng))]
     if rng.random() < 0.25:
-        found.append(f"--f-number={number(0.01, 1e4, rng)!r}")
+        arguments.append(f"--f-number={number(0.01, 1e4, rng)!r}")
     if rng.random() < 0.15:
-        found.append(f"--film={number(1e-3, 1e4, rng)!r}x{number(1e-3, 1e4, rng)!r}")
+        arguments.append(f"--film={number(1e-3, 1e4, rng)!r}x{number(1e-3, 1e4, rng)!r}")
     if rng.random() < 0.15:
-        found.append(f"--fov={number(1e-3, 179.0, rng)!r}deg")
+        arguments.append(f"--fov={number(1e-3, 179.0, rng)!r}deg")
     if rng.random() < 0.1:
-        found.append(f"--zoom={rng.choice((0.0, 1.0, 0.37, '105mm', '1e300mm'))}")
+        arguments.append(f"--zoom={rng.choice((0.0, 1.0, 0.37, '105mm', '1e300mm'))}")
     if rng.random() < 0.1:
-        found.append(rng.choice(("--size=", "--film=", "--scene=", "--fov=", "--zoom=", "--f-number="))
+        arguments.append(rng.choice(("--size=", "--film=", "--scene=", "--fov=", "--zoom=", "--f-number="))
                      + rng.choice(JUNK))
-    return found
+    return arguments
 
 
 def option(field, rng):
@@ -101,9 +101,9 @@ def fault(arguments, folder, capsys):
 def faults(times, seed, folder, capsys):
     """The faulty ones of random commands, with what is wrong."""
     rng = random.Random(seed)
-    found = []
+    faults = []
     for _ in range(times):
         arguments = words(rng)
         if wrong := fault(arguments, folder, capsys):
-            found.append((wrong, arguments))
-    return found
+            faults.append((wrong, arguments))
+    return faults

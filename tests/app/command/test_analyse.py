@@ -46,9 +46,9 @@ def test_fields_wavelengths_and_frequencies_are_those_of_the_options(capsys):
            "--frequencies", "20,60", "--stack", "2", "--coating", "uncoated", "--json"]
     assert main(ask) == 0
     captured = capsys.readouterr()
-    found = json.loads(captured.out)["analyses"]
-    fans, mtf = found["fans"]["columns"], found["mtf"]["columns"]
-    assert {round(each, 6) for each in fans["field (mm)"]} == {0.0, 10.0} and set(fans["wavelength (um)"]) == {0.55}
+    sheet = json.loads(captured.out)["analyses"]
+    fans, mtf = sheet["fans"]["columns"], sheet["mtf"]["columns"]
+    assert {round(field, 6) for field in fans["field (mm)"]} == {0.0, 10.0} and set(fans["wavelength (um)"]) == {0.55}
     assert set(mtf["frequency (lp/mm)"]) == {20.0, 60.0} and len(set(mtf["field (mm)"])) > 2
     assert "--fields has no effect on mtf" in captured.err and "--stack has no effect on fans, mtf" in captured.err
     assert "--coating has no effect on fans, mtf" in captured.err
@@ -58,11 +58,11 @@ def test_fields_wavelengths_and_frequencies_are_those_of_the_options(capsys):
 def test_a_picture_in_place_of_the_lens_has_its_focus_unless_another_is_given(capsys, tmp_path):
     path = str(tmp_path / "near.png")
     assert main(["render", NAME, "--focus", "1.2m", "--size", "6x4", "--samples", "1", "-o", path]) == 0
-    for given, lens, seen in (((), path, "1.20 m"), (("--focus", "2m"), path, "2.00 m"),
+    for options, lens, words in (((), path, "1.20 m"), (("--focus", "2m"), path, "2.00 m"),
                               (("--focus", "inf"), path, "∞"), ((), NAME, "∞")):
         capsys.readouterr()
-        assert main(["analyse", lens, *given, "--what", "spots", "--points", "16"]) == 0
-        assert f"object {seen} ·" in capsys.readouterr().out
+        assert main(["analyse", lens, *options, "--what", "spots", "--points", "16"]) == 0
+        assert f"object {words} ·" in capsys.readouterr().out
 
 
 def test_a_picture_in_the_stop_weighs_the_rays(capsys, tmp_path):
@@ -111,15 +111,15 @@ def test_impossible_demands_end_with_2_and_one_line(capsys, arguments, said):
     assert said in error and error.count("\n") == 1
 
 
-@pytest.mark.parametrize(("name", "given", "found"), [
+@pytest.mark.parametrize(("name", "options", "value"), [
     ("ghosts", ["--coating", "uncoated"], {"coating": "uncoated"}), ("ghosts", ["--coating", "auto"], {}),
     ("bokeh", ["--ripple", "0,1,200"], {"ripple": Ripple(0, 1.0, 1e-6 * 200.0)}),
     ("bokeh", ["--ripple", "asphere,1,200"], {"ripple": Ripple(ripple_surface(lenses.load(NAME)), 1.0, 1e-6 * 200.0)})])
-def test_options_of_one_analysis_reach_its_figure(name, given, found):
+def test_options_of_one_analysis_reach_its_figure(name, options, value):
     """--coating was read and had no effect on the ghosts."""
     parser = argparse.ArgumentParser()
     add_analyse_options(parser)
-    assert _options(name, parser.parse_args([NAME, *given]), lenses.load(NAME)) == found
+    assert _options(name, parser.parse_args([NAME, *options]), lenses.load(NAME)) == value
 
 
 def test_the_names_are_listed_without_a_lens(capsys):

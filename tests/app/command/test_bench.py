@@ -23,15 +23,15 @@ def test_an_unknown_part_is_an_error_in_one_line_that_lists_the_parts(capsys, wo
 
 
 def test_each_figure_is_printed_as_it_is_measured_and_only_the_wanted_parts_run(monkeypatch, capsys):
-    seen = []
+    parts_run = []
 
     def measured(name):
         for value in (1.0, 2.0):
             yield f"{name} {value}", value, "ms"
-            seen.append(capsys.readouterr().out)        # printed before the next figure is measured
+            parts_run.append(capsys.readouterr().out)        # printed before the next figure is measured
 
     for name in ("tracer", "pupil", "precision"):
         monkeypatch.setitem(benchmark.PARTS, name, lambda name=name: measured(name))
     assert main(["bench", "--only", "pupil,tracer"]) == 0
     assert ["pupil 1.0", "pupil 2.0", "tracer 1.0", "tracer 2.0"] == [
-        line[:len("pupil 1.0") + line.startswith("tracer")] for text in seen for line in text.splitlines()[-1:]]
+        line[:len("pupil 1.0") + line.startswith("tracer")] for text in parts_run for line in text.splitlines()[-1:]]

@@ -42,10 +42,10 @@ def test_a_file_without_a_lens_ends_with_2_and_one_line_and_the_others_are_check
 
 def test_json_is_a_list_of_files_with_their_findings(capsys, spoiled, tmp_path):
     assert main(["check", "--json", NAME, spoiled, str(tmp_path / "none.toml")]) == 2
-    clean, found, missing = json.loads(capsys.readouterr().out)
+    clean, damaged, missing = json.loads(capsys.readouterr().out)
     assert clean == {"file": NAME, "error": None, "findings": []}
-    assert {"kind", "surface", "message", "proposal", "severity", "figures", "change"} == found["findings"][0].keys()
-    first = found["findings"][0]
+    assert {"kind", "surface", "message", "proposal", "severity", "figures", "change"} == damaged["findings"][0].keys()
+    first = damaged["findings"][0]
     assert first["kind"] == "sign"
     assert first["change"] == {"quantity": "radius", "surface": 0, "before": -29.475, "after": 29.475}
     assert first["figures"]["focal_length"] < 0.0

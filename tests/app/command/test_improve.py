@@ -25,9 +25,9 @@ def test_the_command_writes_the_improved_lens_in_focus_and_its_steps(tmp_path, c
     judgement = lb.judge(written, goal)
     assert judgement.rms == pytest.approx(told["spots_mm"][-1], rel=1e-6)
     assert written.surfaces[-1].thickness == pytest.approx(judgement.films[0], abs=1e-6)
-    for now, held in zip((lb.first_order(written).f_number, lb.first_order(written).efl), goal.positions[0].held,
+    for now, target in zip((lb.first_order(written).f_number, lb.first_order(written).efl), goal.positions[0].held,
                          strict=True):
-        assert now == pytest.approx(held, rel=1e-4)
+        assert now == pytest.approx(target, rel=1e-4)
 
 
 def test_refusals_are_one_line(capsys):

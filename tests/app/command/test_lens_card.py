@@ -68,7 +68,7 @@ def test_what_a_file_states_of_the_system_is_printed(capsys, tmp_path):
                         (Wavelength(0.486), Wavelength(0.588), Wavelength(0.656)), 1, (420.0,))
     lenses.save(replace(lenses.load("pbrt-dgauss-50mm"), system=system), path)
     printed = lines(capsys, str(path))
-    assert [value(printed, f"Designed {part}") for part in ("aperture", "fields", "wavelengths", "object")] == [
+    assert [value(printed, f"Designed {quantity}") for quantity in ("aperture", "fields", "wavelengths", "object")] == [
         "working f-number 5.6", "object height 0, 12.5 mm, weights 1, 2, with vignetting factors",
         "486, 588, 656 nm, the primary one 588 nm", "420 mm before the first vertex"]
     assert main(["info", str(path), "--json"]) == 0

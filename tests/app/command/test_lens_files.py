@@ -151,8 +151,8 @@ def test_trace_refuses_in_one_line(tmp_path, capsys):
 def test_the_intrinsics_of_a_lens_are_its_focal_length_in_pixels_and_the_middle_of_the_picture(capsys):
     assert main(["info", LENS, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
-    found = data["intrinsics"]
-    assert (found["width"], found["height"], found["cx"], found["cy"]) == (960, 640, 480.0, 320.0)
-    assert found["fx"] == found["fy"] == pytest.approx(data["efl"] / 36.0 * 960, rel=1e-9)
+    intrinsics = data["intrinsics"]
+    assert (intrinsics["width"], intrinsics["height"], intrinsics["cx"], intrinsics["cy"]) == (960, 640, 480.0, 320.0)
+    assert intrinsics["fx"] == intrinsics["fy"] == pytest.approx(data["efl"] / 36.0 * 960, rel=1e-9)
     assert main(["info", LENS]) == 0
-    assert f"fx {found['fx']:.2f}" in capsys.readouterr().out
+    assert f"fx {intrinsics['fx']:.2f}" in capsys.readouterr().out

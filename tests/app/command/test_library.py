@@ -13,9 +13,9 @@ def listed(capsys, *options):
     assert main(["lenses", *options]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert main(["lenses", *options, "--json"]) == 0
-    found = [card["name"] for card in json.loads(capsys.readouterr().out)]
-    assert [line.split()[0] for line in lines[1:]] == found or not found
-    return found
+    names = [card["name"] for card in json.loads(capsys.readouterr().out)]
+    assert [line.split()[0] for line in lines[1:]] == names or not names
+    return names
 
 
 def test_the_library_is_listed_whole(capsys):

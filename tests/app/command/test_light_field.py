@@ -118,18 +118,18 @@ def test_limits_of_the_depth_are_named_where_no_depth_is_asked_for(recorded, tmp
 
 def test_depth_is_metres_in_linear_files_and_colours_in_others(recorded, tmp_path, capsys):
     field = load_light_field(recorded).field
-    found = lb.find_depth(field, 600.0, 3000.0)
+    depth = lb.find_depth(field, 600.0, 3000.0)
     limits = ("--nearest", "0.6m", "--farthest", "3m")
     picture, figures = looked_at(recorded, tmp_path, capsys, "--depth", *limits)
-    assert np.allclose(picture[..., 0], found.distance / 1000.0)
-    assert found.distance.min() >= 600.0 - 1e-3 and found.distance.max() <= 3000.0 + 1e-3
-    assert (figures["farthest_m"], figures["nearest_m"]) == pytest.approx([end / 1000.0 for end in ends(found)])
+    assert np.allclose(picture[..., 0], depth.distance / 1000.0)
+    assert depth.distance.min() >= 600.0 - 1e-3 and depth.distance.max() <= 3000.0 + 1e-3
+    assert (figures["farthest_m"], figures["nearest_m"]) == pytest.approx([end / 1000.0 for end in ends(depth)])
     picture, _ = looked_at(recorded, tmp_path, capsys, "--all-in-focus", *limits)
-    assert np.array_equal(picture, found.picture)
+    assert np.array_equal(picture, depth.picture)
     path = tmp_path / "depth.png"
     assert main(["lightfield", "view", str(recorded), "--depth", *limits, "-o", str(path)]) == 0
     with Image.open(path) as coloured:
-        assert np.abs(np.asarray(coloured) / 255.0 - depth_codes(found)).max() < 0.003      # half a step of 255
+        assert np.abs(np.asarray(coloured) / 255.0 - depth_codes(depth)).max() < 0.003      # half a step of 255
 
 
 def test_a_plenoptic_camera_is_recorded_saved_and_looked_into(tmp_path, capsys):

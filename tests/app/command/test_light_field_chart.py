@@ -24,10 +24,10 @@ def figures(tmp_path_factory):
 
 @pytest.mark.slow
 def test_more_views_come_nearer_and_reach_farther(figures):
-    few, many = figures["fields"]
-    assert many["near"] < few["near"] < 1200.0 and few["distances"] == many["distances"]
+    few, dense = figures["fields"]
+    assert dense["near"] < few["near"] < 1200.0 and few["distances"] == dense["distances"]
     # Blur of two views across is four dots, wherever it is wide
-    for distance, coarse, fine in zip(few["distances"], few["decibels"], many["decibels"], strict=True):
+    for distance, coarse, fine in zip(few["distances"], few["decibels"], dense["decibels"], strict=True):
         assert distance == 1200.0 or fine > coarse + 1.0
 
 
@@ -37,8 +37,8 @@ def test_the_bound_is_where_views_part_by_a_pixel(figures):
 
     Over n views these are n pixels.
     """
-    few, many = figures["fields"]
-    parts = [1.0 / field["near"] - 1.0 / 1200.0 for field in (few, many)]
+    few, dense = figures["fields"]
+    parts = [1.0 / field["near"] - 1.0 / 1200.0 for field in (few, dense)]
     # Three times as many views reach three times as far, but for the lens that moves as it is focused: some percent
     assert parts[1] / parts[0] == pytest.approx(3.0, rel=0.15)
     assert few["far"] in ("inf", math.inf) or few["far"] > 1200.0

@@ -310,10 +310,10 @@ def test_the_field_of_view_is_that_of_the_rays_to_the_edge_of_the_film(name, ind
     lenses.save(lens, tmp_path / "a.toml")
     capsys.readouterr()
     assert main(["info", str(tmp_path / "a.toml"), "--json"]) == 0
-    seen = json.loads(capsys.readouterr().out)["field_of_view"]
+    angles = json.loads(capsys.readouterr().out)["field_of_view"]
     film = lens.length + lb.film_distance(lens, math.inf)
     for axis, half in (("horizontal", 18.0), ("vertical", 12.0), ("diagonal", math.hypot(18.0, 12.0))):
-        ray = lb.chief_ray(lens, math.radians(0.5 * seen[axis]))
+        ray = lb.chief_ray(lens, math.radians(0.5 * angles[axis]))
         y = ray.points[-1, 1] + (film - ray.points[-1, 2]) * ray.direction[1] / ray.direction[2]
         assert abs(y) == pytest.approx(half, abs=1e-4)
 

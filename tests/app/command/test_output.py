@@ -28,8 +28,8 @@ def no_work(monkeypatch):
 
 def refused(capsys, name, path):
     *words, _ = COMMANDS[name]
-    place = [str(path)] if name == "convert" else ["-o", str(path)]
-    assert main([*words, *place]) == 2
+    target = [str(path)] if name == "convert" else ["-o", str(path)]
+    assert main([*words, *target]) == 2
     error = capsys.readouterr().err
     assert error.startswith(f"lensbench: {path}: ") and error.count("\n") == 1, error
     return error
@@ -42,9 +42,9 @@ def test_a_folder_that_is_missing_is_named(tmp_path, capsys, name):
 
 @pytest.mark.parametrize("name", COMMANDS)
 def test_a_folder_in_place_of_the_file_is_refused(tmp_path, capsys, name):
-    place = tmp_path / f"a{COMMANDS[name][-1]}"
-    place.mkdir()
-    assert "this is a folder" in refused(capsys, name, place)
+    target = tmp_path / f"a{COMMANDS[name][-1]}"
+    target.mkdir()
+    assert "this is a folder" in refused(capsys, name, target)
 
 
 @pytest.mark.parametrize("name", COMMANDS)

@@ -19,10 +19,10 @@ def test_the_command_prints_errors_and_percentiles_and_draws_a_chart(capsys, tmp
     assert "decentre of element at" in said.splitlines()[1] and "± 0.1 mm" in said.splitlines()[1]
     assert "50 copies, contrast at 30 cycles/mm" in said and "<svg" in chart.read_text(encoding="utf-8")
     assert main(["tolerances", LENS, "--f-number", "5.6", "--copies", "20", "--json", "--tilt", "0"]) == 0
-    found = json.loads(capsys.readouterr().out)
-    assert found["copies"] == 20 and {each["kind"] for each in found["errors"]} == {
+    report = json.loads(capsys.readouterr().out)
+    assert report["copies"] == 20 and {error["kind"] for error in report["errors"]} == {
         "radius", "thickness", "index", "decentre"}
-    low, high = (found["percentiles"][name][0][2][0] for name in ("5", "95"))
+    low, high = (report["percentiles"][name][0][2][0] for name in ("5", "95"))
     assert low <= high
 
 

@@ -110,8 +110,8 @@ def test_cards_draw_the_lens_and_state_its_figures(tmp_path):
 
 def test_a_notebook_shows_a_bar_for_what_takes_long_and_takes_it_away(monkeypatch):
     shown = []
-    handle = SimpleNamespace(update=lambda part: shown.append(part._repr_html_()))
-    display = SimpleNamespace(display=lambda part, display_id: shown.append(part._repr_html_()) or handle)
+    handle = SimpleNamespace(update=lambda page: shown.append(page._repr_html_()))
+    display = SimpleNamespace(display=lambda page, display_id: shown.append(page._repr_html_()) or handle)
     monkeypatch.setitem(sys.modules, "IPython", SimpleNamespace(get_ipython=lambda: SimpleNamespace(kernel=1)))
     monkeypatch.setitem(sys.modules, "IPython.display", display)
     monkeypatch.setattr("lensbench.app.notebook.render.SILENT", -1.0)

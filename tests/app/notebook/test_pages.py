@@ -29,14 +29,14 @@ def test_the_examples_of_a_page_run(page, tmp_path, monkeypatch):
         exec(compile(example, page, "exec"), names)
     if page == "exercises.md":                  # the eyes of the pair see the screen's middle at the same place
         for offset in (-32.0, 32.0):
-            at, _ = names["eye"](offset).raster_from_point([[0.0, 0.0, -1200.0]])
-            np.testing.assert_allclose(at, [[120.0, 80.0]], atol=1e-9)
+            pixel, _ = names["eye"](offset).raster_from_point([[0.0, 0.0, -1200.0]])
+            np.testing.assert_allclose(pixel, [[120.0, 80.0]], atol=1e-9)
 
 
 @pytest.mark.slow
 def test_the_example_of_the_analyses_has_the_figures_of_the_command(tmp_path):
-    example = next(each for each in re.findall(r"```python\n(.*?)```", (DOCS / "analysis.md").read_text("utf-8"),
-                                               re.DOTALL) if "white_rms_radius" in each)
+    example = next(block for block in re.findall(r"```python\n(.*?)```", (DOCS / "analysis.md").read_text("utf-8"),
+                                               re.DOTALL) if "white_rms_radius" in block)
     names: dict = {}
     exec(compile(example, "analysis.md", "exec"), names)
     path = tmp_path / "spots.json"
@@ -46,8 +46,8 @@ def test_the_example_of_the_analyses_has_the_figures_of_the_command(tmp_path):
                strict=True)
     shown = {line: radius for field, shift, line, radius in rows if field == shift == 0.0}
     spots = names["lb"].analysis.spots(names["grid"])
-    found = dict(zip(names["given"].wavelengths, (1000.0 * spots.rms_radius[0, :, 0]).tolist(), strict=True))
-    assert len(shown) == 6 and shown == pytest.approx(found, rel=1e-6)
+    radii = dict(zip(names["given"].wavelengths, (1000.0 * spots.rms_radius[0, :, 0]).tolist(), strict=True))
+    assert len(shown) == 6 and shown == pytest.approx(radii, rel=1e-6)
 
 
 @pytest.mark.slow

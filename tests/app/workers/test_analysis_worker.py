@@ -24,26 +24,26 @@ def waited(worker, job, done, name="Spots"):
 
 def test_a_figure_is_coarse_first_and_refined_when_still(monkeypatch):
     monkeypatch.setattr(analysis_worker, "STILL", 0.0)
-    seen = []
+    calls = []
 
     def make(query, points):
-        seen.append((query, points))
+        calls.append((query, points))
         return Figure(str(points), (), Table((), ()))
 
     worker, job = AnalysisWorker(), Job(make, "a lens", (), (16, 64))
     waited(worker, job, lambda answer: answer.refined)
-    assert seen == [("a lens", 16), ("a lens", 64)]
+    assert calls == [("a lens", 16), ("a lens", 64)]
     worker.advance()
     worker.want("Spots", job)
-    assert not worker.busy and seen == [("a lens", 16), ("a lens", 64)]     # equal jobs are not computed again
+    assert not worker.busy and calls == [("a lens", 16), ("a lens", 64)]     # equal jobs are not computed again
 
 
 def test_a_panel_that_is_no_longer_drawn_computes_nothing(monkeypatch):
     monkeypatch.setattr(analysis_worker, "STILL", 0.0)
-    begun, go_on, seen = Event(), Event(), []
+    begun, go_on, calls = Event(), Event(), []
 
     def make(query, points):
-        seen.append((query, points))
+        calls.append((query, points))
         begun.set()
         assert go_on.wait(20.0)
         return Figure("", (), Table((), ()))
@@ -57,7 +57,7 @@ def test_a_panel_that_is_no_longer_drawn_computes_nothing(monkeypatch):
     go_on.set()
     while worker._is_working(refined=False):
         sleep(0.002)
-    assert seen == [("first", 16)] and not worker.busy
+    assert calls == [("first", 16)] and not worker.busy
 
 
 def test_the_end_waits_for_a_figure_under_way():
@@ -94,10 +94,10 @@ def test_an_error_is_a_message_and_the_next_job_has_its_own_answer():
 
 def test_figures_begin_after_the_first_pass_of_the_picture_but_do_not_wait_for_ever(monkeypatch):
     monkeypatch.setattr(analysis_worker, "PATIENCE", 1e9)
-    picture, seen = [], []
+    picture, calls = [], []
 
     def make(query, points):
-        seen.append((query, bool(picture)))
+        calls.append((query, bool(picture)))
         return Figure("", (), Table((), ()))
 
     monkeypatch.setattr(analysis_worker, "STILL", 0.0)
@@ -106,24 +106,24 @@ def test_figures_begin_after_the_first_pass_of_the_picture_but_do_not_wait_for_e
     assert worker.want("Spots", job) is None and worker.busy
     worker.advance()
     sleep(0.02)
-    assert seen == [] and worker.busy
+    assert calls == [] and worker.busy
     picture.append("first pass")
     waited(worker, job, lambda answer: answer.refined)
-    assert seen == 2 * [("a lens", True)]
+    assert calls == 2 * [("a lens", True)]
     picture.clear()
     monkeypatch.setattr(analysis_worker, "PATIENCE", 0.01)
     waited(worker, Job(make, "another"), lambda answer: answer.job.query == "another")
-    assert seen[:3] == [*2 * [("a lens", True)], ("another", False)]
+    assert calls[:3] == [*2 * [("a lens", True)], ("another", False)]
 
 
 def test_a_refined_figure_waits_for_the_picture_too(monkeypatch):
     """It began during the first pass: its job had been wanted for long enough."""
     monkeypatch.setattr(analysis_worker, "STILL", 0.0)
     monkeypatch.setattr(analysis_worker, "PATIENCE", 1e9)
-    waits, seen = [], []
+    waits, calls = [], []
 
     def make(query, points):
-        seen.append(points)
+        calls.append(points)
         waits.append("the next picture")        # it begins while this figure is made
         return Figure("", (), Table((), ()))
 
@@ -133,10 +133,10 @@ def test_a_refined_figure_waits_for_the_picture_too(monkeypatch):
         worker.advance()
         worker.want("Spots", job)
         sleep(0.002)
-    assert seen == [16]
+    assert calls == [16]
     waits.clear()
     waited(worker, job, lambda answer: answer.refined)
-    assert seen == [16, 64]
+    assert calls == [16, 64]
 
 
 def test_a_figure_under_way_pauses_while_the_picture_waits_and_goes_on_where_it_was(monkeypatch):
@@ -185,10 +185,10 @@ def test_a_refined_figure_ends_when_its_panel_wants_another_one(monkeypatch):
 
 def test_the_work_begins_before_the_panel_asks_where_the_window_knows_what_it_will_want(monkeypatch):
     monkeypatch.setattr(analysis_worker, "STILL", 1e9)
-    seen, begun = [], Event()
+    calls, begun = [], Event()
 
     def make(query, points):
-        seen.append(query)
+        calls.append(query)
         if query == "after":
             begun.set()
         return Figure("", (), Table((), ()))
@@ -198,7 +198,7 @@ def test_the_work_begins_before_the_panel_asks_where_the_window_knows_what_it_wi
     worker.advance({"Spots": after, "no longer drawn": Job(make, "never")})
     assert begun.wait(60.0) and worker.wants("Spots") and not worker.wants("no longer drawn")
     assert waited(worker, after, lambda answer: answer.job == after).figure is not None
-    assert seen.count("after") == 1 and "never" not in seen
+    assert calls.count("after") == 1 and "never" not in calls
 
 
 def test_a_coarse_figure_does_not_wait_for_a_refined_one_that_is_under_way(monkeypatch):

@@ -12,7 +12,7 @@ from lensbench.app.workers.render_job import MOST_SPEEDS, AutomaticModel
 def test_the_speeds_of_the_newest_zoom_positions_are_kept_and_no_others(monkeypatch):
     camera = SimpleNamespace(model="polynomial", degree=6)
     choice = SimpleNamespace(ns_per_ray=2.0, trace_ns_per_ray=5.0, applied=lambda camera: camera)
-    monkeypatch.setattr(render_job, "choose", lambda *given: SimpleNamespace(choice=choice))
+    monkeypatch.setattr(render_job, "choose", lambda *arguments: SimpleNamespace(choice=choice))
     places = [replace(Settings(lens_model="auto"), zoom=i / 300.0) for i in range(300)]
     with ThreadPoolExecutor(1) as pool:
         model = AutomaticModel(pool)

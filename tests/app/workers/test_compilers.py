@@ -32,12 +32,12 @@ def gate(monkeypatch):
                             poll=lambda: None, kill=opened.set, wait=lambda: 0, stdin=None, stdout=None))
                         or self._processes[-1])
     monkeypatch.setattr(module, "_answered", answered)
-    found = Compilers(lambda: woken.append(1))
-    found.begin()
-    yield SimpleNamespace(compilers=found, opened=opened, asked=asked, woken=woken)
+    compilers = Compilers(lambda: woken.append(1))
+    compilers.begin()
+    yield SimpleNamespace(compilers=compilers, opened=opened, asked=asked, woken=woken)
     opened.set()
-    found.stop()
-    found.leave()
+    compilers.stop()
+    compilers.leave()
     assert cache.missing is None
 
 
@@ -85,14 +85,14 @@ def test_a_thread_that_waits_ends_with_the_window(gate):
 
 
 def test_what_is_compiled_for_later_begins_only_where_a_kernel_was_missing_and_ends_with_the_window():
-    found = Compilers()
-    found.compile_for_later("import time; time.sleep(60)")
-    assert not found._processes
-    found._wanted[("lensbench.core.optics.focus", "f", "()")] = None
-    found.compile_for_later("import time; time.sleep(60)")
-    process, = found._processes
+    compilers = Compilers()
+    compilers.compile_for_later("import time; time.sleep(60)")
+    assert not compilers._processes
+    compilers._wanted[("lensbench.core.optics.focus", "f", "()")] = None
+    compilers.compile_for_later("import time; time.sleep(60)")
+    process, = compilers._processes
     assert process.poll() is None
-    found.stop()
+    compilers.stop()
     assert process.returncode is not None
     compile(module.LATER, "later", "exec")
 
@@ -116,12 +116,12 @@ def test_a_change_that_needs_a_kernel_can_be_done_again():
 
 @pytest.mark.slow
 def test_a_process_compiles_a_kernel_into_the_cache(monkeypatch, tmp_path):
-    found = Compilers()
+    compilers = Compilers()
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))        # of the process
-    found.begin()
+    compilers.begin()
     try:
-        found._want(sobol_net.py_func, SIGNATURE)
+        compilers._want(sobol_net.py_func, SIGNATURE)
         assert list((tmp_path / "lensbench" / "kernels").glob("core.kernels.sampling.sobol_net-*.kernel"))
     finally:
-        found.stop()
-        found.leave()
+        compilers.stop()
+        compilers.leave()

@@ -10,12 +10,12 @@ import sys
 from dataclasses import replace
 from time import sleep
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers.compilers import _wanted
+from lensbench.app.workers.compilers import _needed
 from lensbench.app.workers.render_worker import RenderWorker
 from lensbench.core.kernels import cache
 
 settings = replace(Settings(pixels_x=48, pixels_y=32, samples=1), scene=sys.argv[1], lens_model=sys.argv[2])
-listed = {kernel._cache.path(signature, kernel.targetctx.codegen()).name for kernel, signature in _wanted(settings)}
+listed = {kernel._cache.path(signature, kernel.targetctx.codegen()).name for kernel, signature in _needed(settings)}
 worker = RenderWorker(settings, threads=1)
 while worker.newest() is None and worker.error is None:
     sleep(0.001)
@@ -30,9 +30,9 @@ print("not asked for", sorted(listed - asked))
 def test_the_kernels_of_a_first_picture_are_known_beforehand(scene, model):
     for _ in range(2):              # a process that compiles kernels asks for those that they call, too
         done = subprocess.run([sys.executable, "-c", ASKED, scene, model], capture_output=True, text=True, check=True)
-        if (found := done.stdout.splitlines()[-2:]) == ["not listed []", "not asked for []"]:
+        if (last_lines := done.stdout.splitlines()[-2:]) == ["not listed []", "not asked for []"]:
             break
-    assert found == ["not listed []", "not asked for []"]
+    assert last_lines == ["not listed []", "not asked for []"]
 
 
 KERNELS = """

@@ -20,11 +20,11 @@ def test_what_is_free_between_what_is_held_goes_back_to_the_system():
     heap = Heap()
     before = resident()
     blocks = [bytearray(50_000) for _ in range(1200)]   # 60 MB, in blocks that the heap keeps
-    held = blocks[::100]                                # no end of the heap is free
+    kept = blocks[::100]                                # no end of the heap is free
     del blocks
     heap.advance(EVERY + 1.0)
     for _ in range(100):
         if resident() - before < 20_000:
             break
         sleep(0.02)
-    assert resident() - before < 20_000 and len(held) == 12
+    assert resident() - before < 20_000 and len(kept) == 12

@@ -127,7 +127,7 @@ def test_what_changes_only_the_development_does_not_begin_anew(start):
 
 
 def test_of_many_settings_the_last_one_is_rendered_and_no_older_picture_follows_a_newer(start):
-    seen = []
+    generations = []
     wake = threading.Event()
     worker = start(wake=wake.set)
     wait(lambda: done(worker))
@@ -135,21 +135,21 @@ def test_of_many_settings_the_last_one_is_rendered_and_no_older_picture_follows_
         worker.restart(replace(SMALL, focus_distance=1200.0 + i))
         wake.wait(0.004)
         wake.clear()
-        seen.append(worker.newest().generation)
+        generations.append(worker.newest().generation)
     wait(lambda: done(worker))
     assert worker.newest().settings.focus_distance == 1239.0
-    assert seen == sorted(seen)
+    assert generations == sorted(generations)
 
 
 def test_a_hand_that_never_rests_sees_pictures_all_the_same(start):
     worker = start(replace(SMALL, pixels_x=480, pixels_y=320))
     wait(lambda: worker.newest() is not None)
-    seen, i, end = set(), 0, monotonic() + PATIENCE
-    while len(seen) < 5:
+    generations, i, end = set(), 0, monotonic() + PATIENCE
+    while len(generations) < 5:
         assert monotonic() < end
         i += 1
         worker.restart(replace(SMALL, pixels_x=480, pixels_y=320, focus_distance=1200.0 + i))
-        seen.add(worker.newest().generation)
+        generations.add(worker.newest().generation)
         sleep(0.001)                            # far less than a pass
 
 
@@ -310,10 +310,10 @@ def test_lights_leave_the_processors_to_the_first_picture_of_other_settings(star
     monkeypatch.setattr(picture_before, "LIGHT_SECONDS", 600.0)
     worker = start(PLAIN)
     settled(worker)
-    wanted, free, add, answers = traced[0][3], threading.Event(), lb.Rendering.add, []
+    is_wanted, free, add, answers = traced[0][3], threading.Event(), lb.Rendering.add, []
     monkeypatch.setattr(lb.Rendering, "add", lambda *rest: free.wait(PATIENCE) and add(*rest))
     worker.restart(replace(PLAIN, focus_distance=1500.0))
-    asking = threading.Thread(target=lambda: answers.append(wanted()))
+    asking = threading.Thread(target=lambda: answers.append(is_wanted()))
     asking.start()
     sleep(0.2)
     assert not answers
@@ -326,28 +326,28 @@ def test_lights_leave_the_processors_to_the_first_picture_of_other_settings(star
 def test_a_second_model_of_the_same_picture_gives_way_at_once(start, monkeypatch):
     worker = start()
     wait(lambda: done(worker) and not worker.newest().is_provisional)
-    restarted, add, found = threading.Event(), lb.Rendering.add, []
+    restarted, add, updates = threading.Event(), lb.Rendering.add, []
 
     def other_model(settings, view, *rest):
         chosen = choose(settings, view, *rest)
         assert chosen.choice.model != "trace"
         return chosen._replace(choice=replace(chosen.choice, model="trace", degree=0))
 
-    def held(rendering, count, *rest):
+    def hold_back(rendering, count, *rest):
         if rendering.samples == 0 and worker.newest().generation == worker.generation and not restarted.is_set():
             worker.restart(SMALL)                           # while the first pass of the second model begins
             restarted.set()
-            found.append(add(rendering, count, *rest))
-            return found[-1]
+            updates.append(add(rendering, count, *rest))
+            return updates[-1]
         return add(rendering, count, *rest)
 
     monkeypatch.setattr(render_job, "choose", other_model)
     monkeypatch.setattr(module, "FIRST_SECONDS", 60.0)
-    monkeypatch.setattr(lb.Rendering, "add", held)
+    monkeypatch.setattr(lb.Rendering, "add", hold_back)
     worker.restart(replace(SMALL, focus_distance=1500.0))
     wait(restarted.is_set)
-    wait(lambda: found)
-    assert found == [False]
+    wait(lambda: updates)
+    assert updates == [False]
 
 
 @pytest.mark.slow

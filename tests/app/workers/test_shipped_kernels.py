@@ -16,13 +16,13 @@ from lensbench.core.scenery.shading import illumination
 
 @pytest.mark.slow
 def test_the_functions_that_python_code_names_are_found_and_their_parts_are_not():
-    found = called_kernels()
+    kernels = called_kernels()
     names = {(kernel.py_func.__module__, kernel.py_func.__qualname__) for kernel in (
         meshes._distances, tolerance_rays.judge_copies, tolerance_rays.trace_copies, scalar_trace.trace_ray,
         surfaces._sags, sampling.sample_pixels)}
-    assert names <= found.keys()
-    for part in (sampling.mix, illumination.rise):          # of kernels alone, and also called without compilation
-        assert (part.py_func.__module__, part.py_func.__qualname__) not in found
+    assert names <= kernels.keys()
+    for function in (sampling.mix, illumination.rise):          # of kernels alone, and also called without compilation
+        assert (function.py_func.__module__, function.py_func.__qualname__) not in kernels
     assert is_stage(sampling.sample_pixels) and not is_stage(scalar_trace.trace_ray)
 
 

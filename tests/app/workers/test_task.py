@@ -1,4 +1,4 @@
-"""The one kind of background work: progress, result, error and cancellation behave alike everywhere."""
+"""The one kind of background work: progress, result, error and cancellation behave the same everywhere."""
 
 import os
 import sys
@@ -76,10 +76,10 @@ def priority() -> int:
 
 @pytest.mark.parametrize("lowered", [True, False])
 def test_the_work_runs_behind_the_window_unless_somebody_waits_for_it(lowered):
-    here = priority()
+    usual = priority()
     task = ended(Task("Idling", lambda task: priority(), lowered=lowered))
     assert task.error is None
-    assert task.result == (max(here, NICE) if lowered and sys.platform == "linux" else here)
+    assert task.result == (max(usual, NICE) if lowered and sys.platform == "linux" else usual)
 
 
 def waiting(go):
@@ -92,33 +92,33 @@ def waiting(go):
 
 def test_the_key_wanted_last_is_measured_and_what_it_replaces_may_be_wanted_again():
     go = threading.Event()
-    found = Measurements(waiting(go))
-    found.want("a")
-    found.want("b")                             # gives way
-    first = found.task
-    found.want("a")                             # back again before the end: measured anew
+    measurements = Measurements(waiting(go))
+    measurements.want("a")
+    measurements.want("b")                             # gives way
+    first = measurements.task
+    measurements.want("a")                             # back again before the end: measured anew
     go.set()
     ended(first)
-    found.want("a")
-    ended(found.task)
-    found.want("a")
-    assert found.found == {"a": "A"} and found.task is None and found.declined is None
+    measurements.want("a")
+    ended(measurements.task)
+    measurements.want("a")
+    assert measurements.found == {"a": "A"} and measurements.task is None and measurements.declined is None
 
 
 def test_what_is_cancelled_by_hand_is_left_until_it_is_asked_for():
     go = threading.Event()
-    found = Measurements(waiting(go))
-    found.want("a")
-    task = found.task
+    measurements = Measurements(waiting(go))
+    measurements.want("a")
+    task = measurements.task
     task.cancel()
     go.set()
     ended(task)
-    found.want("a")
-    assert found.task is None and found.declined == "a" and not found.found
-    found.again("a")
-    ended(found.task)
-    found.collect()
-    assert found.found == {"a": "A"} and found.declined is None
+    measurements.want("a")
+    assert measurements.task is None and measurements.declined == "a" and not measurements.found
+    measurements.again("a")
+    ended(measurements.task)
+    measurements.collect()
+    assert measurements.found == {"a": "A"} and measurements.declined is None
 
 
 def test_a_measurement_repeated_after_an_error_leaves_only_its_result():
@@ -129,12 +129,12 @@ def test_a_measurement_repeated_after_an_error_leaves_only_its_result():
             raise errors.pop()
         return key.upper()
 
-    found = Measurements(measure)
-    found.want("a")
-    ended(found.task)
-    found.want("a")
-    assert found.problems == {"a": "too steep"} and not found.found
-    found.again("a")
-    ended(found.task)
-    found.collect()
-    assert found.found == {"a": "A"} and not found.problems
+    measurements = Measurements(measure)
+    measurements.want("a")
+    ended(measurements.task)
+    measurements.want("a")
+    assert measurements.problems == {"a": "too steep"} and not measurements.found
+    measurements.again("a")
+    ended(measurements.task)
+    measurements.collect()
+    assert measurements.found == {"a": "A"} and not measurements.problems

@@ -49,7 +49,7 @@ def of(models, name):
 
 @pytest.mark.parametrize("name, film", [
     ("pbrt-dgauss-50mm", FILM), ("pbrt-fisheye-10mm", lb.Film(18.0, 12.0, 600, 400))])
-def test_rays_of_film_points_beside_the_true_ones_are_off_by_that_distance(name, film):
+def test_rays_of_film_points_next_to_the_true_ones_are_off_by_that_distance(name, film):
     there = camera(name, film=film)
     trace = of(ladder(there), "trace, float64")
     off = 0.05
@@ -66,14 +66,14 @@ def test_the_rays_for_other_programs_come_from_the_scene_to_the_film(name, film)
     there = camera(name, film=film)
     origins, directions = Truth(there).arriving(50.0)
     assert origins[:, 2] == pytest.approx(-50.0)
-    found = lb.trace(there.lens, origins, directions)
+    traced = lb.trace(there.lens, origins, directions)
     # A ray at the very rim may end there by its rounding
-    assert (found.fate == lb.Fate.PASSED).mean() > 0.999
-    ways = found.directions / found.directions[:, 2:]
-    landed = (found.points + ways * (there.lens.length + there.film_distance - found.points[:, 2:]))[:, :2]
+    assert (traced.fate == lb.Fate.PASSED).mean() > 0.999
+    ways = traced.directions / traced.directions[:, 2:]
+    landed = (traced.points + ways * (there.lens.length + there.film_distance - traced.points[:, 2:]))[:, :2]
     assert np.abs(landed).max(0) == pytest.approx([film.width / 2.0, film.height / 2.0], rel=0.01)
     plane = np.full(len(landed), there.lens.length + there.film_distance)
-    back = lb.trace(there.lens, np.column_stack([landed, plane]), -found.directions)
+    back = lb.trace(there.lens, np.column_stack([landed, plane]), -traced.directions)
     assert back.directions == pytest.approx(-directions, abs=1e-9)
 
 
@@ -119,14 +119,14 @@ numbers = st.floats(1e-3, 1e3)
 def test_the_front_is_what_nothing_valid_beats(points):
     marks = tuple(Mark(str(i), "trace", cost, error, why="" if valid else "no")
                   for i, (cost, error, valid) in enumerate(points))
-    found = Chart("a", "A", "cost", "error", marks).front
+    front = Chart("a", "A", "cost", "error", marks).front
     for mark in marks:
         beaten = any(other.is_valid and other.cost <= mark.cost and other.error <= mark.error
                      and (other.cost, other.error) != (mark.cost, mark.error) for other in marks)
         if mark.why or beaten:
-            assert mark not in found
+            assert mark not in front
         else:                                           # of equal marks one is found
-            assert any((mark.cost, mark.error) == (one.cost, one.error) for one in found)
+            assert any((mark.cost, mark.error) == (one.cost, one.error) for one in front)
 
 
 def test_works_are_taken_in_turn():

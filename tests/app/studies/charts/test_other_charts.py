@@ -29,29 +29,29 @@ def film(width=36.0, height=24.0):
 def test_every_sampler_fills_its_pixel_and_all_squares(name):
     program, lanes = Program(samplers(NARROW, True)[name], np.float64), lane_buffer(np.float64)
     key = np.zeros(KEYS, np.uint32)
-    found = np.empty((64, 7, B))
+    samples = np.empty((64, 7, B))
     for key[SAMPLE] in range(64):
         run_steps(lanes, program.code, key)
-        found[key[SAMPLE]] = lanes.reshape(-1, PITCH)[[X, Y, U0, U1, V0, V1, TIME], :B]
+        samples[key[SAMPLE]] = lanes.reshape(-1, PITCH)[[X, Y, U0, U1, V0, V1, TIME], :B]
     size, zero = [NARROW.pixels_x, NARROW.pixels_y], np.zeros(B)
-    found[:, :2] -= Program([Step(add_corners, size)]).run({X: zero, Y: zero}, [X, Y], B)
-    numbers = found.transpose(1, 0, 2)
+    samples[:, :2] -= Program([Step(add_corners, size)]).run({X: zero, Y: zero}, [X, Y], B)
+    numbers = samples.transpose(1, 0, 2)
     assert numbers.min() >= 0.0 and numbers.max() < 1.0
     # The mean of n independent ones is off by 0.29 / √n, here five times
     assert np.abs(numbers.mean(axis=(1, 2)) - 0.5).max() < 5.0 * 0.29 / math.sqrt(64 * B)
     # No two dimensions follow each other
-    each = numbers.reshape(7, -1)
-    assert np.abs(np.corrcoef(each) - np.eye(7)).max() < 0.06
+    dimensions = numbers.reshape(7, -1)
+    assert np.abs(np.corrcoef(dimensions) - np.eye(7)).max() < 0.06
 
 
 @pytest.mark.slow
 def test_a_net_gains_on_white_noise_and_white_noise_does_not():
     camera, scene = soft_scene()
     steps = samplers(camera.film)
-    found = gains(dict(squares(camera, scene, COUNTS, {name: steps[name] for name in (DEFAULT, WHITE)}, 2048)))
+    ratios = gains(dict(squares(camera, scene, COUNTS, {name: steps[name] for name in (DEFAULT, WHITE)}, 2048)))
     # The goals of the default, and of white noise what the spread of three pictures allows
-    assert all(gain >= least for gain, least in zip(found[DEFAULT].values(), (2.0, 3.0, 4.5, 6.0), strict=True))
-    assert all(0.9 < gain < 1.1 for gain in found[WHITE].values())
+    assert all(gain >= least for gain, least in zip(ratios[DEFAULT].values(), (2.0, 3.0, 4.5, 6.0), strict=True))
+    assert all(0.9 < gain < 1.1 for gain in ratios[WHITE].values())
 
 
 def test_a_goal_is_reached_where_a_power_of_time_passes_it_for_good():
@@ -106,7 +106,7 @@ def test_the_time_of_a_focusing_method_is_that_of_fresh_computations(monkeypatch
     """The program keeps its newest film distances: a repeated question cost 3.7 µs, a new one 508."""
     computed = []
     solve = focus._solved_film_distance
-    monkeypatch.setattr(focus, "_solved_film_distance", lambda *given: computed.append(given) or solve(*given))
+    monkeypatch.setattr(focus, "_solved_film_distance", lambda *values: computed.append(values) or solve(*values))
     panel = focus_panel("pbrt-wide-22mm", lenses.load("pbrt-wide-22mm"))
     times = {curve.name: curve.figures["time, µs"] for curve in panel.curves}
     assert len(computed) >= 3 * 6                       # distances, and rounds with the one before

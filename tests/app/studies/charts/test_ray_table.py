@@ -50,11 +50,11 @@ def test_the_table_has_the_reference_rays_at_its_nodes(name):
                                                     np.arange(0, ACROSS - 1, 2)))
     film = np.column_stack([k * table.radius / (RADII - 1), np.zeros(k.size)])
     rear = np.column_stack([drift * film[:, 0] + reach * (2.0 * u / (ALONG - 1) - 1.0), reach * v / (ACROSS - 1)])
-    given = aimed(film, rear, away)
-    out = program.run(given, LINE, k.size).T
+    rays = aimed(film, rear, away)
+    out = program.run(rays, LINE, k.size).T
     shift = np.array([0.0, 0.0, lens.length + away])
     true = lb.trace(lens, np.column_stack([film, np.zeros(k.size)]) + shift,
-                    np.column_stack([given[L], given[M], given[N]]))
+                    np.column_stack([rays[L], rays[M], rays[N]]))
     passed = true.fate == lb.Fate.PASSED
     assert passed.sum() > 100
     # The same lines: directions, and points that lie on them
@@ -86,8 +86,8 @@ def test_a_table_turns_with_the_film_and_is_mirrored():
 
     def through(sign):
         x, l, m = 9.0, way[0], sign * way[1]
-        given = {X: x * cosine, Y: x * sine, L: l * cosine - m * sine, M: l * sine + m * cosine, N: np.full(9, way[2])}
-        out = program.run(given, LINE, 9)
+        sample = {X: x * cosine, Y: x * sine, L: l * cosine - m * sine, M: l * sine + m * cosine, N: np.full(9, way[2])}
+        out = program.run(sample, LINE, 9)
         back = np.array([[cosine, sine], [-sine, cosine]])
         return [*np.einsum("ijn,jn->in", back, out[:2]), out[2], *np.einsum("ijn,jn->in", back, out[3:5]), out[5]]
 

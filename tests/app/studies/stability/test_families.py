@@ -23,24 +23,24 @@ def row(family: str, title: str) -> Sweep:
 def verdicts(title: str):
     """Safe up to, fails at, what is returned there, worst error before, of each method under a sweep."""
     (family,) = [family for family, sweeps in FAMILIES.items() if title in sweeps]
-    found = row(family, title)
-    return {curve.name: found.verdict(curve) for curve in found.curves}
+    result = row(family, title)
+    return {curve.name: result.verdict(curve) for curve in result.curves}
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("family, title", ROWS)
 def test_a_method_that_the_program_relies_on_never_gives_what_is_no_number(family, title):
-    found = row(family, title)
-    steps = np.diff(found.values)
+    result = row(family, title)
+    steps = np.diff(result.values)
     assert (steps > 0.0).all() or (steps < 0.0).all()                   # from easy to hard, one way
-    assert {len(curve.errors) for curve in found.curves} == {len(found.values)}
-    own = [curve for curve in found.curves if curve.own]
+    assert {len(curve.errors) for curve in result.curves} == {len(result.values)}
+    own = [curve for curve in result.curves if curve.own]
     assert own
     for curve in own:
         for returned in curve.returned:
             assert not returned or returned in TYPED or returned.endswith("Error"), curve.name
-        verdict = found.verdict(curve)
-        assert np.isfinite(verdict.worst) and verdict.worst <= found.limit
+        verdict = result.verdict(curve)
+        assert np.isfinite(verdict.worst) and verdict.worst <= result.limit
         assert verdict.fails_at is None or curve.switch, f"{curve.name} fails: what does the program do there?"
 
 
@@ -49,11 +49,11 @@ def test_a_method_that_the_program_relies_on_never_gives_what_is_no_number(famil
 
 @pytest.mark.parametrize("title", ["Radius of a sphere", "Radius of a paraboloid"])
 def test_the_programs_intersections_in_float32_stay_within_a_hundredth_of_a_micrometre_up_to_a_radius_of_1e12(title):
-    found = verdicts(title)
-    own = [name for name in found if "form" in name and "school" not in name]
+    verdict = verdicts(title)
+    own = [name for name in verdict if "form" in name and "school" not in name]
     assert len(own) == 4
     for name in own:
-        assert found[name].fails_at is None and found[name].worst < (1e-5 if "32" in name else 1e-13)
+        assert verdict[name].fails_at is None and verdict[name].worst < (1e-5 if "32" in name else 1e-13)
 
 
 def test_pbrts_quadratic_in_float32_is_lost_on_flat_surfaces_and_far_rays():
@@ -65,9 +65,10 @@ def test_the_school_formula_is_lost_on_flat_conics_where_the_closed_form_holds()
     assert verdicts("Radius of a paraboloid")["school formula, float32"].fails_at < 1e3
     assert verdicts("Radius of a paraboloid")["school formula, float64"].fails_at < 1e12
     for title in ("Oblate conics", "Hyperbolic conics"):
-        found = verdicts(title)
-        assert found["closed form, float64"].fails_at is None
-        assert found["closed form in blocks, float32"].safe_up_to > 1e4 * found["school formula, float32"].safe_up_to
+        verdict = verdicts(title)
+        assert verdict["closed form, float64"].fails_at is None
+        in_blocks, school = verdict["closed form in blocks, float32"], verdict["school formula, float32"]
+        assert in_blocks.safe_up_to > 1e4 * school.safe_up_to
 
 
 def test_in_double_the_foot_form_holds_from_a_ray_of_10_km_to_the_edge_of_a_hemisphere():
@@ -78,12 +79,12 @@ def test_in_double_the_foot_form_holds_from_a_ray_of_10_km_to_the_edge_of_a_hemi
 
 @pytest.mark.slow
 def test_full_newton_steps_land_on_the_wrong_crossing_where_halved_ones_do_not():
-    found = verdicts("Oblique rays on a strong asphere")
-    assert found["Newton to 1e-6 mm, float64"].returns.startswith("place of the hit off by")
-    assert found["Newton, halved steps, float64"].fails_at is None
-    assert found["Newton, halved steps, float32"].fails_at is None
+    verdict = verdicts("Oblique rays on a strong asphere")
+    assert verdict["Newton to 1e-6 mm, float64"].returns.startswith("place of the hit off by")
+    assert verdict["Newton, halved steps, float64"].fails_at is None
+    assert verdict["Newton, halved steps, float32"].fails_at is None
     for real in ("float32", "float64"):                                         # it may be blocked, never wrong
-        blocks = found[f"Newton in blocks, {real}"]
+        blocks = verdict[f"Newton in blocks, {real}"]
         assert blocks.fails_at is None or blocks.returns == LOST and blocks.fails_at > 65.0
     assert verdicts("Strong aspheres")["Newton in blocks, float32"].fails_at is None
 
@@ -92,11 +93,11 @@ def test_full_newton_steps_land_on_the_wrong_crossing_where_halved_ones_do_not()
 
 
 def test_beyond_the_critical_angle_there_is_a_fate_and_the_school_form_has_no_number():
-    found = verdicts("Incidence")
+    verdict = verdicts("Incidence")
     for name in ("vector form, float32", "vector form, float64", "vector form in blocks, float32"):
-        assert found[name].fails_at is None and found[name].returns == "TOTAL_REFLECTION"
-    assert found["by the angle, float32"].returns == "NaN"
-    assert 34.0 < found["by the angle, float32"].fails_at < 36.0                # asin(1 / 1.75) is 34.85°
+        assert verdict[name].fails_at is None and verdict[name].returns == "TOTAL_REFLECTION"
+    assert verdict["by the angle, float32"].returns == "NaN"
+    assert 34.0 < verdict["by the angle, float32"].fails_at < 36.0                # asin(1 / 1.75) is 34.85°
     assert verdicts("Just below the critical angle")["vector form, float64"].fails_at is None
 
 
@@ -123,31 +124,31 @@ def test_at_its_edges_a_closed_form_is_infinite_or_an_error():
 
 
 def test_a_distance_along_the_ray_keeps_in_float32_what_a_perspective_z_loses():
-    found = verdicts("Depth kept in a number")
-    assert found["screen z, float32"].fails_at < 1e6
-    assert found["distance along the ray, float32"].fails_at is None
-    assert found["distance along the ray, float32"].worst < 1e-4                # percent: a few roundings
+    verdict = verdicts("Depth kept in a number")
+    assert verdict["screen z, float32"].fails_at < 1e6
+    assert verdict["distance along the ray, float32"].fails_at is None
+    assert verdict["distance along the ray, float32"].worst < 1e-4                # percent: a few roundings
 
 
 def test_the_weight_by_the_tangent_keeps_its_digits_where_the_ray_lies_along_the_film():
-    found = verdicts("cos⁴ near 90°")
-    assert found["by the tangent, float32"].fails_at is None and found["by the tangent, float32"].worst < 1e-4
-    assert found["1 − sin², float32"].fails_at > 0.1
+    verdict = verdicts("cos⁴ near 90°")
+    assert verdict["by the tangent, float32"].fails_at is None and verdict["by the tangent, float32"].worst < 1e-4
+    assert verdict["1 − sin², float32"].fails_at > 0.1
 
 
 # Orientation
 
 
-@pytest.mark.parametrize("title", ["Keyframes half a turn apart", "Keyframes all but alike"])
+@pytest.mark.parametrize("title", ["Keyframes half a turn apart", "Keyframes nearly equal"])
 def test_keyframes_turn_smoothly_from_no_turn_to_half_a_turn(title):
-    found = verdicts(title)
+    verdict = verdicts(title)
     for name in ("part of the turn, float32", "part of the turn, float64"):
-        assert found[name].fails_at is None and found[name].worst < (1e-4 if "32" in name else 1e-12)
-    assert found["quaternion by the trace, float64"].fails_at is not None
+        assert verdict[name].fails_at is None and verdict[name].worst < (1e-4 if "32" in name else 1e-12)
+    assert verdict["quaternion by the trace, float64"].fails_at is not None
 
 
-def test_slerp_by_the_arc_cosine_divides_by_nothing_between_keyframes_that_are_alike():
-    assert verdicts("Keyframes all but alike")["slerp by the arc cosine, float64"].returns == "NaN"
+def test_slerp_by_the_arc_cosine_divides_by_nothing_between_equal_keyframes():
+    assert verdicts("Keyframes nearly equal")["slerp by the arc cosine, float64"].returns == "NaN"
 
 
 def test_the_poles_of_the_panorama_are_pixels_like_any_other_there_and_back():
@@ -188,15 +189,15 @@ def test_no_ray_that_passes_a_lens_of_the_library_runs_so_flat_that_float32_lose
     rear = 1.1 * lens.surfaces[-1].semi_diameter
     origins = np.stack([*rng.uniform(-21.6, 21.6, (2, 4000)), np.full(4000, back)], 1)
     targets = np.stack([*rng.uniform(-rear, rear, (2, 4000)), np.full(4000, lens.length)], 1)
-    found = lb.trace(lens, origins, targets - origins, record=True)
-    passed = (found.fate == lb.Fate.PASSED) & (found.directions[:, 2] < 0.0)
+    traced = lb.trace(lens, origins, targets - origins, record=True)
+    passed = (traced.fate == lb.Fate.PASSED) & (traced.directions[:, 2] < 0.0)
     assert passed.sum() > 100
-    points = np.concatenate([found.paths[passed], (found.points + found.directions)[passed, None]], 1)
+    points = np.concatenate([traced.paths[passed], (traced.points + traced.directions)[passed, None]], 1)
     ways = np.diff(points, axis=1)
     ways /= np.linalg.norm(ways, axis=2)[..., None]
     for step, surface in enumerate(reversed(lens.surfaces)):
-        at, c = points[:, step + 1, :2], surface.curvature
-        assert np.hypot(*at.T).max() * abs(c) < 0.99
-        normals = np.concatenate([-c * at, np.sqrt(1.0 - c * c * (at**2).sum(1))[:, None]], 1)
+        points_on, c = points[:, step + 1, :2], surface.curvature
+        assert np.hypot(*points_on.T).max() * abs(c) < 0.99
+        normals = np.concatenate([-c * points_on, np.sqrt(1.0 - c * c * (points_on**2).sum(1))[:, None]], 1)
         for way in (ways[:, step], ways[:, step + 1]):
             assert np.degrees(np.arcsin(np.abs((way * normals).sum(1)).min())) > 10.0

@@ -21,8 +21,8 @@ WIDE = lenses.load("pbrt-wide-22mm")
 def test_the_conjugate_is_that_of_another_fifty_digits(name, distance):
     lens = lenses.load(name)
     with exactly():
-        found = focusing.conjugate(lens, distance)
-    assert abs(float(found) - float(fifty_digits(lens, distance))) < 1e-14 * lens.length
+        film = focusing.conjugate(lens, distance)
+    assert abs(float(film) - float(fifty_digits(lens, distance))) < 1e-14 * lens.length
 
 
 def test_nearer_than_magnification_one_there_is_no_conjugate():
@@ -33,13 +33,13 @@ def test_nearer_than_magnification_one_there_is_no_conjugate():
 
 
 @pytest.mark.parametrize("distance", [500.0, 5e3])
-def test_the_least_blur_has_no_smaller_one_beside_it(distance):
+def test_the_least_blur_has_no_smaller_one_next_to_it(distance):
     film = focusing.least_blur(WIDE, distance)
-    here, nearer, farther = (rms_on_film(WIDE, film + step, distance) for step in (0.0, -0.01, 0.01))
-    assert here < min(nearer, farther)
+    best, nearer, farther = (rms_on_film(WIDE, film + step, distance) for step in (0.0, -0.01, 0.01))
+    assert best < min(nearer, farther)
     # of a disk of light the whole extent is √2 times its rms radius; of any spot it is at least the rms
     assert focusing.extent(WIDE, film, distance) > focusing.rms_radius(WIDE, film, distance) == pytest.approx(
-        here, rel=0.01)
+        best, rel=0.01)
 
 
 def test_one_ray_sees_the_paraxial_plane_as_it_nears_the_axis_and_another_one_far_from_it():

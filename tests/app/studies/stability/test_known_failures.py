@@ -22,7 +22,7 @@ def functions(file: str) -> set[str]:
 
 @pytest.mark.parametrize("failure", FAILURES, ids=[failure.id for failure in FAILURES])
 def test_a_failure_has_a_test_or_a_reason(failure):
-    assert failure.fails and bool(failure.beside) != bool(failure.test) and bool(failure.test) == bool(failure.here)
+    assert failure.fails and bool(failure.reason) != bool(failure.test) and bool(failure.test) == bool(failure.ours)
     if failure.test:
         file, name = failure.test.split("::")
         assert name in functions(file)

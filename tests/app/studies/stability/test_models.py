@@ -38,14 +38,14 @@ def test_the_field_angle_is_that_of_the_chief_ray_into_the_scene():
 
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-fisheye-10mm"])
 def test_a_map_of_domains_never_gets_simpler_towards_the_corner(name):
-    found = domains.domain(name, sizes=4, stops=3)
-    assert found.rung.shape == (3, 4) and (np.diff(found.rung, axis=1) >= 0).all()
-    assert (np.diff(found.angles) > 0).all() and (np.diff(found.f_numbers) < 0).all()
+    one_map = domains.domain(name, sizes=4, stops=3)
+    assert one_map.rung.shape == (3, 4) and (np.diff(one_map.rung, axis=1) >= 0).all()
+    assert (np.diff(one_map.angles) > 0).all() and (np.diff(one_map.f_numbers) < 0).all()
     # Auto chooses that very model there, for a scene of the same depths
     lens, focus = lenses.load(name), 2000.0
     for i, j in ((0, 3), (2, 0), (2, 3)):
-        judged = models.judge(lens, found.half_diagonals[j], found.f_numbers[i], focus)
-        model, degree = LADDER[found.rung[i, j]]
+        judged = models.judge(lens, one_map.half_diagonals[j], one_map.f_numbers[i], focus)
+        model, degree = LADDER[one_map.rung[i, j]]
         rung = judged.rung(model, degree)
         assert rung.error_px <= 0.5 and rung.error_stops <= 0.05
 
@@ -53,10 +53,10 @@ def test_a_map_of_domains_never_gets_simpler_towards_the_corner(name):
 @pytest.mark.parametrize("name", ["agfa-color-telinear-90-f4", "pbrt-dgauss-50mm"])
 def test_the_lowest_row_of_a_map_is_the_lens_wide_open_with_a_round_stop(name):
     """It was drawn a ten-thousandth of a stop away, where blades already forbid every polynomial."""
-    found, lens = domains.domain(name, sizes=2, stops=2), lenses.load(name)
+    one_map, lens = domains.domain(name, sizes=2, stops=2), lenses.load(name)
     focus = max(models.FOCUS, 2.0 * lb.nearest_focus(lens))
     first = 0
-    for half, rung in zip(found.half_diagonals, found.rung[-1], strict=True):
+    for half, rung in zip(one_map.half_diagonals, one_map.rung[-1], strict=True):
         judged = models.judge(lens, half, None, focus)
         while first < len(LADDER) - 1 and not domains._good(judged.rung(*LADDER[first])):
             first += 1
@@ -65,7 +65,7 @@ def test_the_lowest_row_of_a_map_is_the_lens_wide_open_with_a_round_stop(name):
 
 
 def test_maps_of_domains_are_written_with_a_sign_in_every_cell(tmp_path):
-    found = [domains.domain(name, sizes=3, stops=2) for name in ("pbrt-dgauss-50mm", "lenshh-cooke-triplet-50")]
-    domains.save_domains(found, tmp_path / "maps.svg")
+    maps = [domains.domain(name, sizes=3, stops=2) for name in ("pbrt-dgauss-50mm", "lenshh-cooke-triplet-50")]
+    domains.save_domains(maps, tmp_path / "maps.svg")
     drawn = (tmp_path / "maps.svg").read_text()
     assert drawn.count("<image") == 2 and len(domains.COLOURS) == len(domains.SIGNS) == len(LADDER)

@@ -17,27 +17,28 @@ def sweep(curves, values=(1.0, 10.0, 100.0), expected=()):
 
 def test_a_method_is_safe_before_its_first_failure_whatever_it_gives_later():
     method = curve("ruler", [0.01, 0.2, 0.001])
-    found = sweep([method]).verdict(method)
-    assert (found.safe_up_to, found.fails_at, found.returns, found.worst) == (1.0, 10.0, "length off by 0.2 mm", 0.01)
+    result = sweep([method]).verdict(method)
+    assert (result.safe_up_to, result.fails_at) == (1.0, 10.0)
+    assert (result.returns, result.worst) == ("length off by 0.2 mm", 0.01)
 
 
 def test_a_method_fails_where_it_has_no_answer_though_there_is_one():
     method = curve("ruler", [0.01, 0.02, "MISSED"])
-    found = sweep([method]).verdict(method)
-    assert (found.safe_up_to, found.fails_at, found.returns) == (10.0, 100.0, "MISSED")
+    result = sweep([method]).verdict(method)
+    assert (result.safe_up_to, result.fails_at, result.returns) == (10.0, 100.0, "MISSED")
 
 
-@pytest.mark.parametrize("given, right", [("MISSED", True), (LOST, True), ("NaN", False), (0.0, False)])
-def test_where_there_is_no_answer_only_the_right_fate_is_right(given, right):
-    method = curve("ruler", [0.0, 0.0, given])
+@pytest.mark.parametrize("returned, right", [("MISSED", True), (LOST, True), ("NaN", False), (0.0, False)])
+def test_where_there_is_no_answer_only_the_right_fate_is_right(returned, right):
+    method = curve("ruler", [0.0, 0.0, returned])
     assert list(sweep([method], expected=("", "", "MISSED")).right(method)) == [True, True, right]
 
 
 def test_a_method_that_is_wrong_at_once_is_safe_nowhere():
     method = curve("ruler", ["NaN", 0.0, 0.0])
-    found = sweep([method])
-    assert found.verdict(method).safe_up_to is None
-    assert found.words(method) == ("nowhere", "1 K", "NaN")
+    measured = sweep([method])
+    assert measured.verdict(method).safe_up_to is None
+    assert measured.words(method) == ("nowhere", "1 K", "NaN")
 
 
 def test_a_curve_has_an_error_or_a_fate_at_every_value():
@@ -67,9 +68,9 @@ def test_the_command_prints_a_table_and_writes_a_plot_of_each_sweep_with_an_inde
 
 def test_the_figures_are_json_that_any_reader_takes(capsys):
     assert main(["stability", "refraction", "--json"]) == 0
-    for found in json.loads(capsys.readouterr().out):
-        for method in found["methods"]:
-            assert len(method["errors"]) == len(method["returned"]) == len(found["values"])
+    for report in json.loads(capsys.readouterr().out):
+        for method in report["methods"]:
+            assert len(method["errors"]) == len(method["returned"]) == len(report["values"])
             assert all((error is None) == bool(fate)
                        for error, fate in zip(method["errors"], method["returned"], strict=True))
 
