@@ -41,11 +41,11 @@ def _checked(function: FunctionType, module: str, name: str) -> Callable[..., An
     @wraps(function)
     def checked(*arguments: Any, **named: Any) -> Any:
         for i, parameter in places:
-            given = arguments[i] if i < len(arguments) else named.get(parameter)
-            if isinstance(given, str | PathLike):
+            argument = arguments[i] if i < len(arguments) else named.get(parameter)
+            if isinstance(argument, str | PathLike):
                 kind, remedy = REMEDIES[parameter]
                 raise TypeError(f"{name} takes a {kind} and not its name or path: give "
-                                f"{remedy.format(repr(str(given)))}")
+                                f"{remedy.format(repr(str(argument)))}")
         return function(*arguments, **named)
 
     checked.__module__, checked.refuses_names = module, True    # type: ignore[attr-defined]

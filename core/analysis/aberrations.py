@@ -213,19 +213,19 @@ def _chief_ray(lens: Lens, field_angle: float, wavelength: float, clip: bool) ->
     """The chief ray, traced from the stop to both sides so that no digits are lost; or why it ends, in words."""
     z, angle = first_order(lens, wavelength).entrance_pupil.z, 0.0
     if field_angle:
-        found = _aim(lens, abs(field_angle), wavelength)
-        if isinstance(found, str):
-            return found
-        z, angle = found
+        aim = _aim(lens, abs(field_angle), wavelength)
+        if isinstance(aim, str):
+            return aim
+        z, angle = aim
     table, stop = surface_table(lens, wavelength), lens.stop_index
     direction = np.array([[0.0, copysign(1.0, field_angle) * sin(angle), cos(angle)]])
     points = np.full((2, 1, len(lens.surfaces) + 1, 3), nan)
-    after, at = np.zeros((1, 3)), np.array([[0.0, 0.0, lens.vertices[stop]]])
+    after, position = np.zeros((1, 3)), np.array([[0.0, 0.0, lens.vertices[stop]]])
     fate, surface = np.zeros(1, np.int32), np.zeros(1, np.int32)
     for order, first, last in ((-1, 0, stop), (1, stop, len(lens.surfaces))):
         if first == last:
             continue
-        trace_rays(table.part(first, last), clip, at, order * direction, np.empty((1, 3)), after, fate, surface,
+        trace_rays(table.part(first, last), clip, position, order * direction, np.empty((1, 3)), after, fate, surface,
                    points[max(order, 0)], order)
         if fate[0] != PASSED:
             return _end(int(fate[0]), int(surface[0]), order, first, last)
@@ -240,7 +240,7 @@ def _end(fate: int, surface: int, order: int, first: int, last: int) -> str:
     return f"{_ENDS[Fate(fate)]} surface {first + surface}"
 
 
-def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | str:
+def _aim(lens: Lens, target: float, wavelength: float) -> tuple[float, float] | str:
     """The point of the axis (z, mm) that the chief ray of an angle crosses in the scene, and its angle at the stop.
 
     Rays leave the middle of the stop for the scene, ever steeper, until one leaves the lens beyond the wanted angle;
@@ -263,7 +263,7 @@ def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | 
         return nan, nan, nan, _end(fate, surface, -1, 0, stop)
 
     def short(angle: float) -> float:
-        return leave(angle)[2] - wanted
+        return leave(angle)[2] - target
 
     # Bracket the wanted angle
     step = max(_FIELD_STEP / max(1.0, abs(magnified)), _LEAST_STEP)
@@ -290,8 +290,8 @@ def _aim(lens: Lens, wanted: float, wavelength: float) -> tuple[float, float] | 
     # Find the root between
     angle = find_root(short, low, high)
     angle = high if isnan(short(angle)) else angle                      # rounding loses some rays at the field's end
-    y, z, seen, _ = leave(angle)
-    return z - y * cos(seen) / sin(seen), -side * angle
+    y, z, beyond, _ = leave(angle)
+    return z - y * cos(beyond) / sin(beyond), -side * angle
 
 
 def _fourth_power(surface: Surface) -> float:

@@ -182,22 +182,22 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
     corner = np.array([[0.0, film.diagonal] if lens.is_rotationally_symmetric else [film.width, film.height]]) / 2.0
     angles, focal, magnified = (np.full(len(places), nan) for _ in range(3))
     refused = []
-    for i, place in enumerate(places):
+    for i, distance in enumerate(places):
         pause()
         try:
-            there = focused(focusing or lens, float(place))
-            away = focus_on(there, float(place))
+            there = focused(focusing or lens, float(distance))
+            away = focus_on(there, float(distance))
         except FocusError as error:
-            refused.append((float(place), str(error)))
+            refused.append((float(distance), str(error)))
             continue
         if focusing is not None:
             there = lens.at(close=there.positions.close) if there.has_focus_groups and there.positions else lens
         focal[i] = first_order(there, line).efl
         with suppress(LensError):                       # focused on what touches the lens
-            magnified[i] = magnification(there, away, float(place), line)
+            magnified[i] = magnification(there, away, float(distance), line)
         angles[i] = np.hypot(*find_chief_rays(there, away, corner, inf, True, line).angles[0])
-    findings = tuple(Finding(Kind.FIELD, None, f"no focus at {significant(place / 1000.0, 3)} m: {why}",
-                             figures={"distance": place}) for place, why in refused)
+    findings = tuple(Finding(Kind.FIELD, None, f"no focus at {significant(distance / 1000.0, 3)} m: {why}",
+                             figures={"distance": distance}) for distance, why in refused)
     beyond = int((np.isfinite(focal) & np.isnan(angles)).sum())
     if beyond:
         findings += (Finding(Kind.FIELD, None, "no chief ray meets the corner of the film, "
@@ -230,9 +230,9 @@ def relative_illumination(lens: Lens, film_distance: float, film: Film, f_number
         raise LensError("this lens is afocal: it has no f-numbers to compare")
     numbers = widest * np.sqrt(2.0) ** np.arange(4) if f_numbers is None else f_numbers
     radii = np.linspace(0.0, 0.5 * film.diagonal, points)
-    found = []
+    curves = []
     for number in numbers:
         pause()
         stopped = stopped_down(lens, float(number))
-        found.append((f_number_text(float(number)), falloff(stopped, film_distance, radii, wavelength)))
-    return tuple(found)
+        curves.append((f_number_text(float(number)), falloff(stopped, film_distance, radii, wavelength)))
+    return tuple(curves)

@@ -67,9 +67,9 @@ class AxialRays:
         side = np.sign(self.rows[:, PUPIL_T, -1:])      # rays from above the axis run downwards, past a real pupil
         pupil = side * self.rows[:, PUPIL_T]
         root = np.sqrt(np.maximum(np.gradient(light, pupil[self.conditions.primary]**2, edge_order=2), 0.0))
-        each = np.broadcast_to(np.stack([light, root]), (len(pupil), 2, len(light)))
+        rows = np.broadcast_to(np.stack([light, root]), (len(pupil), 2, len(light)))
         return np.stack([pupil, self.rows[:, OPD], side * self.rows[:, OFFSET_T], side * self.rows[:, SLOPE_T],
-                         each[:, 0], each[:, 1]], 1)
+                         rows[:, 0], rows[:, 1]], 1)
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +122,9 @@ def axial_rays(lens: Lens, film_distance: float, conditions: Conditions, heights
     beams = FieldBeams.of(lens, film_distance, chief, distance, line)
     points = len(heights)
     pupil = pupil_by_height(beams, 1, heights)
-    at = np.einsum("kfq,fk->fq", beams.on_stop(np.zeros((1, points)), pupil), beams.axes[:, 1])
-    pupil = pupil + (heights - at) / np.gradient(at[0], pupil[0])       # one step of Newton's method: even to 1e-8
+    on_stop = np.einsum("kfq,fk->fq", beams.on_stop(np.zeros((1, points)), pupil), beams.axes[:, 1])
+    # One step of Newton's method: even to 1e-8
+    pupil = pupil + (heights - on_stop) / np.gradient(on_stop[0], pupil[0])
     places, _ = beams.towards_scene(np.zeros((1, points)), pupil)
     entries = places[0] @ beams.axes[0, 1]
     of_field = np.zeros(points, int)
@@ -150,21 +151,21 @@ def _inner_part(rows, squares, square, out):
     first = min(max(np.searchsorted(squares, square) - 2, 0), squares.size - 4)
     end = 0.0
     for k in range(4):
-        part = 1.0
+        product = 1.0
         for q in range(4):
             if q != k:
                 there = sqrt(squares[first + q])
-                part *= (sqrt(square) - there) / (sqrt(squares[first + k]) - there)
-        end += part * (first + k)
+                product *= (sqrt(square) - there) / (sqrt(squares[first + k]) - there)
+        end += product * (first + k)
     count = out.shape[1]
     for a in range(count):
-        at = end * a / (count - 1.0)
-        i = min(max(int(at) - 1, 0), rows.shape[1] - 4)
-        x = at - i
-        before, here = -(x - 1.0) * (x - 2.0) * (x - 3.0) / 6.0, 0.5 * x * (x - 2.0) * (x - 3.0)
+        index = end * a / (count - 1.0)
+        i = min(max(int(index) - 1, 0), rows.shape[1] - 4)
+        x = index - i
+        before, own = -(x - 1.0) * (x - 2.0) * (x - 3.0) / 6.0, 0.5 * x * (x - 2.0) * (x - 3.0)
         after, beyond = -0.5 * x * (x - 1.0) * (x - 3.0), x * (x - 1.0) * (x - 2.0) / 6.0
         for m in range(rows.shape[0]):
-            out[m, a] = (before * rows[m, i] + here * rows[m, i + 1] + after * rows[m, i + 2]
+            out[m, a] = (before * rows[m, i] + own * rows[m, i + 1] + after * rows[m, i + 2]
                          + beyond * rows[m, i + 3])
 
 
@@ -196,13 +197,13 @@ def _radial_transfer(pupil, w, slope, root, half, node, weight, first, step, out
                 while k < n - 2 and pupil[k + 1] < r:
                     k += 1
                 gap = pupil[k + 1] - pupil[k]
-                part = (r - pupil[k]) / gap
-                rest = 1.0 - part
-                here = ((1.0 + 2.0 * part) * rest * rest * w[k] + part * part * (3.0 - 2.0 * part) * w[k + 1]
-                        + gap * part * rest * (rest * slope[k] - part * slope[k + 1]))
-                phase += sign * here
+                share = (r - pupil[k]) / gap
+                rest = 1.0 - share
+                wave = ((1.0 + 2.0 * share) * rest * rest * w[k] + share * share * (3.0 - 2.0 * share) * w[k + 1]
+                        + gap * share * rest * (rest * slope[k] - share * slope[k + 1]))
+                phase += sign * wave
                 cosine -= sign * sqrt(1.0 - r2)
-                light *= rest * root[k] + part * root[k + 1]
+                light *= rest * root[k] + share * root[k + 1]
             a = i * q + j
             size[a] = 4.0 * light * weight[i] * weight[j] * (edge - half) * tall
             angle = phase + first * cosine

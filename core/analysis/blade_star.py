@@ -91,17 +91,17 @@ def sunstar(lens: Lens, film_distance: float, film_xy=(0.0, 0.0), radii=None, az
     x, y = pupil.T
     area = abs(0.5 * float((x * np.roll(y, -1) - y * np.roll(x, -1)).sum()))
     airy = 0.61 * 0.55e-3 / (area / pi) ** 0.5
-    at = np.geomspace(NEAREST * airy, FARTHEST * airy, RADII) if radii is None else np.atleast_1d(
+    angles = np.geomspace(NEAREST * airy, FARTHEST * airy, RADII) if radii is None else np.atleast_1d(
         np.asarray(radii, float))
-    if not (np.all(at > 0.0) and np.all(np.isfinite(at))):
+    if not (np.all(angles > 0.0) and np.all(np.isfinite(angles))):
         raise LensError("the radii of a sunstar must be positive lengths")
     around = 2.0 * pi * np.arange(azimuths) / azimuths
     lines = 1e-3 * np.linspace(*VISIBLE, colours) if colours > 1 else np.array([0.55e-3])
-    half = np.zeros((len(at), azimuths // 2))           # the pattern of an open pupil is the same on opposite sides
+    half = np.zeros((len(angles), azimuths // 2))           # the pattern of an open pupil is the same on opposite sides
     parts = [slice(k, None, PARTS) for k in range(PARTS)]
-    each_of(lambda part: add_pattern(pupil, at, around[:azimuths // 2][part], lines, half[:, part]), parts)
+    each_of(lambda chunk: add_pattern(pupil, angles, around[:azimuths // 2][chunk], lines, half[:, chunk]), parts)
     density = np.concatenate([half, half], 1) / (area * colours)
-    return Sunstar(at, around, density, airy, pupil)
+    return Sunstar(angles, around, density, airy, pupil)
 
 
 def open_pupil(lens: Lens, film_distance: float, film_xy) -> np.ndarray:
@@ -180,8 +180,8 @@ def add_pattern(outline, radii, azimuths, lines, out):
                     n = e + 1 if e + 1 < edges else 0
                     dx, dy = outline[n, 0] - outline[e, 0], outline[n, 1] - outline[e, 1]
                     along = 0.5 * k * (c * dx + s * dy)
-                    part = (c * dy - s * dx) * (sin(along) / along if abs(along) > 1e-9 else 1.0)
+                    wave = (c * dy - s * dx) * (sin(along) / along if abs(along) > 1e-9 else 1.0)
                     phase = 0.5 * k * (c * (outline[n, 0] + outline[e, 0]) + s * (outline[n, 1] + outline[e, 1]))
-                    real += part * cos(phase)
-                    imaginary += part * sin(phase)
+                    real += wave * cos(phase)
+                    imaginary += wave * sin(phase)
                 out[i, j] += (real * real + imaginary * imaginary) / (k * k * lines[w] * lines[w])

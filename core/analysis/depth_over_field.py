@@ -192,18 +192,18 @@ def field_depth(lens: Lens, film_distance: float, conditions: Conditions, limit:
     for _ in range(TRIALS):
         for k in range(-half, half + 1):
             blur_at(max(focus + k * step, 0.0))
-        at = np.array(sorted(traced))
-        blur = np.array([traced[each] for each in at])
+        dioptres = np.array(sorted(traced))
+        blur = np.array([traced[dioptre] for dioptre in dioptres])
         lowest = np.argmin(np.nan_to_num(blur[:, lit], nan=np.inf), axis=0)
-        ends_far = at[0] == 0.0 or _beyond(blur[0], limit, lit) and (lowest > 0).all()
-        if ends_far and _beyond(blur[-1], limit, lit) and (lowest < len(at) - 1).all():
+        ends_far = dioptres[0] == 0.0 or _beyond(blur[0], limit, lit) and (lowest > 0).all()
+        if ends_far and _beyond(blur[-1], limit, lit) and (lowest < len(dioptres) - 1).all():
             break
         step *= WIDER
     near, far, best, least = (np.full(len(lit), np.nan) for _ in range(4))
     for f in np.flatnonzero(lit):
-        near[f], far[f], best[f], least[f] = _limits(at, blur[:, f], limit)
+        near[f], far[f], best[f], least[f] = _limits(dioptres, blur[:, f], limit)
     findings = list(rays.findings)
-    outside = lit & ((best == at[-1]) | (best == at[0]) & (at[0] > 0.0))
+    outside = lit & ((best == dioptres[-1]) | (best == dioptres[0]) & (dioptres[0] > 0.0))
     if outside.any():                           # where the blur is least is not known
         best[outside] = np.nan
         findings.append(Finding(
@@ -216,7 +216,7 @@ def field_depth(lens: Lens, film_distance: float, conditions: Conditions, limit:
             Kind.DARK, None, f"{places} the lens blurs more than the limit at every distance",
             figures={"fields": float(soft.sum())}))
     with np.errstate(divide="ignore"):
-        return FieldDepth(rays.image_heights, 1.0 / near, 1.0 / far, 1.0 / best, least, limit, 1.0 / at[::-1],
+        return FieldDepth(rays.image_heights, 1.0 / near, 1.0 / far, 1.0 / best, least, limit, 1.0 / dioptres[::-1],
                           blur[::-1], tuple(findings))
 
 
@@ -225,10 +225,10 @@ def _beyond(blur: np.ndarray, limit: float, lit: np.ndarray) -> bool:
     return bool(np.all((np.nan_to_num(blur, nan=np.inf) > limit)[lit]))
 
 
-def _limits(at: np.ndarray, blur: np.ndarray, limit: float) -> tuple[float, float, float, float]:
+def _limits(dioptres: np.ndarray, blur: np.ndarray, limit: float) -> tuple[float, float, float, float]:
     """Near and far end of the sharp range and the best place, in the reciprocal of the distance; and the least blur."""
     known = np.isfinite(blur)
-    x, square = at[known], blur[known] ** 2
+    x, square = dioptres[known], blur[known] ** 2
     if x.size < 3:
         return np.nan, np.nan, np.nan, np.nan
     # The least of the parabola through the lowest three

@@ -75,10 +75,10 @@ class Distortion:
         r = np.hypot(points[..., 0], points[..., 1])
         known = np.isfinite(self.ideal)
         order = np.argsort(self.ideal[known])
-        at = np.interp(r, np.append(0.0, self.ideal[known][order]), np.append(0.0, self.radii[known][order]),
-                       right=math.nan)
+        radii = np.interp(r, np.append(0.0, self.ideal[known][order]), np.append(0.0, self.radii[known][order]),
+                          right=math.nan)
         with np.errstate(invalid="ignore"):
-            return points * np.where(r > 0.0, at / np.where(r > 0.0, r, 1.0), 1.0)[..., None]
+            return points * np.where(r > 0.0, radii / np.where(r > 0.0, r, 1.0), 1.0)[..., None]
 
 
 def distortion(lens: Lens, film_distance: float, film_radii, projection: str = RECTILINEAR,
@@ -125,7 +125,7 @@ def distortion(lens: Lens, film_distance: float, film_radii, projection: str = R
 
     if projection != "best":
         return against(projection)
-    return min((against(name) for name in (RECTILINEAR, *PROJECTIONS)), key=lambda found: found.rms)
+    return min((against(name) for name in (RECTILINEAR, *PROJECTIONS)), key=lambda fit: fit.rms)
 
 
 def ideal_scale(lens: Lens, film_distance: float, wavelength: float) -> float:
@@ -182,8 +182,8 @@ def _displaced_every_way(lens: Lens, film_distance: float, ideal: np.ndarray, wa
         """(n, 2) on the film, of object points in these directions (n, 2) from the axis: tangents."""
         size = np.hypot(slopes[:, 0], slopes[:, 1])
         angles = slopes * np.where(size > 0.0, np.arctan(size) / np.where(size > 0.0, size, 1.0), 1.0)[:, None]
-        wanted = angles if math.isinf(away) else -slopes * away
-        return find_chief_rays(lens, film_distance, wanted, away, False, wavelength).images
+        aims = angles if math.isinf(away) else -slopes * away
+        return find_chief_rays(lens, film_distance, aims, away, False, wavelength).images
 
     middle, *ends = images(CLOSE * np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]]))
     scale = np.array([ends[0][0] - ends[1][0], ends[2][1] - ends[3][1]]) / (2.0 * CLOSE)

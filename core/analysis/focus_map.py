@@ -60,13 +60,13 @@ class MtfMap:
 def best_places(shifts: np.ndarray, values: np.ndarray) -> np.ndarray:
     """(…) places of the maxima of values (…, K) at even shifts (K,), by a parabola; NaN at the ends and for NaN."""
     known = np.where(np.isnan(values), -1.0, values)
-    at = known.argmax(-1)
-    inner = np.clip(at, 1, len(shifts) - 2)
-    before, here, after = (np.take_along_axis(known, (inner + k)[..., None], -1)[..., 0] for k in (-1, 0, 1))
+    peak = known.argmax(-1)
+    inner = np.clip(peak, 1, len(shifts) - 2)
+    before, middle, after = (np.take_along_axis(known, (inner + k)[..., None], -1)[..., 0] for k in (-1, 0, 1))
     with np.errstate(divide="ignore", invalid="ignore"):
-        part = 0.5 * (before - after) / (before - 2.0 * here + after)
-    found = shifts[inner] + np.nan_to_num(part) * (shifts[1] - shifts[0])
-    return np.where((at == inner) & (here >= 0.0), found, np.nan)
+        share = 0.5 * (before - after) / (before - 2.0 * middle + after)
+    places = shifts[inner] + np.nan_to_num(share) * (shifts[1] - shifts[0])
+    return np.where((peak == inner) & (middle >= 0.0), places, np.nan)
 
 
 def mtf_map(lens: Lens, film_distance: float, conditions: Conditions, frequency: float = FREQUENCY, shifts=None,
@@ -159,10 +159,10 @@ def _along(pupil, along, across, first_row, first_column, frequency, line, shift
     half = 0.5 * line * frequency / (along[1] - along[0])           # cells
     reach = 0.5 * line * frequency                                  # pupil coordinate
     whole = int(floor(half))
-    part = half - whole
-    rest = 1.0 - part
-    h0, h1 = (1.0 + 2.0 * part) * rest * rest, part * part * (3.0 - 2.0 * part)
-    g0, g1 = part * rest * rest, -part * part * rest
+    share = half - whole
+    rest = 1.0 - share
+    h0, h1 = (1.0 + 2.0 * share) * rest * rest, share * share * (3.0 - 2.0 * share)
+    g0, g1 = share * rest * rest, -share * share * rest
     first, step = shifts[0] / line, (shifts[1] - shifts[0]) / line
     amplitude, phase, turn = np.empty(columns), np.empty(columns), np.empty(columns)
     buffers = np.empty((4, rows * columns))
@@ -176,8 +176,8 @@ def _along(pupil, along, across, first_row, first_column, frequency, line, shift
         ra, ra1, rb, rb1 = root[a], root[a + 1], root[b], root[b - 1]
         high, low = 1.0 - (along[i - PAD] + reach) ** 2, 1.0 - (along[i - PAD] - reach) ** 2
         for j in range(columns):
-            over = min(rest * ca[j] + part * ca1[j], rest * cb[j] + part * cb1[j])
-            amplitude[j] = over * (rest * ra[j] + part * ra1[j]) * (rest * rb[j] + part * rb1[j])
+            over = min(rest * ca[j] + share * ca1[j], rest * cb[j] + share * cb1[j])
+            amplitude[j] = over * (rest * ra[j] + share * ra1[j]) * (rest * rb[j] + share * rb1[j])
             q = across[j] * across[j]
             turn[j] = sqrt(max(low - q, 0.0)) - sqrt(max(high - q, 0.0))        # of W, per mm
             phase[j] = (h0 * (wa[j] - wb[j]) + h1 * (wa1[j] - wb1[j]) + g0 * (sa[j] + sb[j]) + g1 * (sa1[j] + sb1[j])

@@ -100,18 +100,18 @@ def sharp_focus(camera: LensCamera, circle: float) -> SharpFocus:
         raise CameraError(f"circle of confusion {significant(circle)} mm: it must be positive")
     if not math.isfinite(first_order(camera.lens, D_LINE).efl):
         raise CameraError("the lens is afocal: it has no plane of sharp focus")
-    found = _before_window(camera, circle)
+    focus = _before_window(camera, circle)
     if not camera.has_port:
-        return found
+        return focus
     port = camera.flat_port
     sharp, near, far = (None if plane is None else _beyond(plane, port)
-                        for plane in (found.plane, found.near, found.far))
-    hinge = found.hinge
+                        for plane in (focus.plane, focus.near, focus.far))
+    hinge = focus.hinge
     if hinge is not None:
         point, way = hinge.point.copy(), hinge.direction * [1.0, 1.0, port.index]
         point[2] = -port.true(-point[2])
         hinge = Line(point, way / np.linalg.norm(way))
-    return SharpFocus(sharp, near, far, hinge, found.scheimpflug)
+    return SharpFocus(sharp, near, far, hinge, focus.scheimpflug)
 
 
 def _beyond(plane: Plane, port: FlatPort) -> Plane:
@@ -173,18 +173,19 @@ def _traced(camera: LensCamera, depth: float) -> SharpFocus:
     film = pose.points(on_axis + beside * [[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 
     def imaged(shift: float) -> Plane | None:
-        found = focused_plane(camera.lens, camera.film_distance, film + [0.0, 0.0, shift])
-        if found is None or np.linalg.norm(found[:3]) < FARTHEST * abs(found[3]):
+        image = focused_plane(camera.lens, camera.film_distance, film + [0.0, 0.0, shift])
+        if image is None or np.linalg.norm(image[:3]) < FARTHEST * abs(image[3]):
             return None
-        return Plane.facing(found[:3], -float(found[3]))
+        return Plane.facing(image[:3], -float(image[3]))
 
     sharp, near, far = (imaged(shift) for shift in (0.0, depth, -depth))
     hinge = None
     if near is not None and far is not None:
         along = np.cross(near.normal, far.normal)
         if np.linalg.norm(along) > PARALLEL:
-            at = np.linalg.lstsq(np.stack([near.normal, far.normal]), np.array([near.offset, far.offset]), rcond=None)
+            offsets = np.array([near.offset, far.offset])
+            point = np.linalg.lstsq(np.stack([near.normal, far.normal]), offsets, rcond=None)[0]
             across = float(along[:2] @ along[:2])       # the point of the line that is nearest to the axis
-            t = -float(at[0][:2] @ along[:2]) / across if across > 0.0 else 0.0
-            hinge = Line(at[0] + t * along, along / np.linalg.norm(along))
+            t = -float(point[:2] @ along[:2]) / across if across > 0.0 else 0.0
+            hinge = Line(point + t * along, along / np.linalg.norm(along))
     return SharpFocus(sharp, near, far, hinge, None)

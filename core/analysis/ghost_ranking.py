@@ -85,22 +85,22 @@ def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coat
     # Next surface, whether towards the film, origin, direction, part of the light, reflections so far
     work = [(0, True, tuple(np.asarray(origin, float).tolist()), tuple(unit.tolist()), 1.0, 0)]
     while work:
-        i, forward, point, ray, part, reflections = work.pop()
+        i, forward, point, ray, light, reflections = work.pop()
         if not 0 <= i < count:
             leaving = to_film if forward else to_scene
-            leaving[reflections] = leaving.get(reflections, 0.0) + part
+            leaving[reflections] = leaving.get(reflections, 0.0) + light
             continue
-        if part < least:
-            left += part
+        if light < least:
+            left += light
             continue
         rays += 1
         if rays > MOST_RAYS:
             raise LensError(f"light budget: more than {MOST_RAYS} rays; follow only those above a larger part `least`")
         met = meetings.meet(i, forward, point, ray)
         if met.fate != PASSED:
-            clipped, lost = (clipped + part, lost) if met.fate == CLIPPED else (clipped, lost + part)
+            clipped, lost = (clipped + light, lost) if met.fate == CLIPPED else (clipped, lost + light)
             continue
-        back, on = part * met.reflectance, part * (1.0 - met.reflectance)
+        back, on = light * met.reflectance, light * (1.0 - met.reflectance)
         step = 1 if forward else -1
         for after, share, ahead, more in ((met.refracted, on, forward, 0), (met.reflected, back, not forward, 1)):
             if share <= 0.0 or after is None:
@@ -112,8 +112,8 @@ def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coat
     return LightBudget(_by_order(to_film), _by_order(to_scene), clipped, lost, left)
 
 
-def _by_order(found: dict[int, float]) -> tuple[float, ...]:
-    return tuple(found.get(k, 0.0) for k in range(max(found, default=0) + 1))
+def _by_order(light: dict[int, float]) -> tuple[float, ...]:
+    return tuple(light.get(k, 0.0) for k in range(max(light, default=0) + 1))
 
 
 CELLS = 31              # along a side of the first grid of rays of one pair
@@ -207,15 +207,15 @@ def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelen
     source = light_place(lens, film_distance, light)
     lanes = lane_buffer(np.float64)
     direct = traced_spot(tracer, lanes, source, DIRECT, cells)
-    found, symmetric = [], lens.is_rotationally_symmetric
+    ranked, symmetric = [], lens.is_rotationally_symmetric
     for pair in ghost_pairs(lens, wavelength):
         pause()
         estimate = paraxial_ghost(lens, film_distance, pair, wavelength, coating) if symmetric else (math.nan,) * 3
         light_there, x, y, diameter = traced_spot(tracer, lanes, source, pair, cells)
         share = light_there / direct[0] if direct[0] > 0.0 else math.nan if light_there > 0.0 else 0.0
-        found.append(Ghost(*pair, *estimate, share, (x, y), diameter))
-    found.sort(key=lambda row: (-np.nan_to_num(row.brightness), row.first, row.second))
-    return Ghosts(tuple(found), direct[0] / entering_light(lens, tracer.front_z, source), wavelength)
+        ranked.append(Ghost(*pair, *estimate, share, (x, y), diameter))
+    ranked.sort(key=lambda row: (-np.nan_to_num(row.brightness), row.first, row.second))
+    return Ghosts(tuple(ranked), direct[0] / entering_light(lens, tracer.front_z, source), wavelength)
 
 
 def entering_light(lens: Lens, front_z: float, light: np.ndarray) -> float:
@@ -257,10 +257,10 @@ def traced_spot(tracer: GhostTracer, lanes: np.ndarray, source: np.ndarray, pair
     boxes = pair_boxes(tracer, lanes, source, pair)
     side = cells
     while True:
-        found = np.concatenate([np.empty((6, 0)), *(entrance_grid(tracer, lanes, source, pair, box, side, SHIFT)
-                                                    for box in boxes)], 1)
-        light = found[3]
-        lit = (light > 0.0) & np.isfinite(found[0]) & np.isfinite(found[1])
+        landed = np.concatenate([np.empty((6, 0)), *(entrance_grid(tracer, lanes, source, pair, box, side, SHIFT)
+                                                     for box in boxes)], 1)
+        light = landed[3]
+        lit = (light > 0.0) & np.isfinite(landed[0]) & np.isfinite(landed[1])
         passing = int(np.count_nonzero(lit))
         if passing >= PASSING * cells**2 * len(boxes) or side >= FINEST * cells:
             break
@@ -269,7 +269,7 @@ def traced_spot(tracer: GhostTracer, lanes: np.ndarray, source: np.ndarray, pair
     if not total > 0.0:
         return 0.0, math.nan, math.nan, math.nan
     # The landing's raster of 2 × 2 pixels of 1 mm: back to millimetres
-    places = np.stack([1.0 - found[0][lit], found[1][lit] - 1.0])
+    places = np.stack([1.0 - landed[0][lit], landed[1][lit] - 1.0])
     x, y = (places * light[lit]).sum(1) / total
     spread = (((places - [[x], [y]])**2).sum(0) * light[lit]).sum() / total
     return total, float(x), float(y), 2.0 * math.sqrt(2.0 * spread)

@@ -81,13 +81,13 @@ def field_curves(lens: Lens, film_distance: float, conditions: Conditions, point
     fo = first_order(lens, line)
     if isinf(fo.efl):
         raise LensError("an afocal lens has neither foci nor image heights")
-    wanted, by_image = wanted_chief_rays(lens, conditions)
-    largest = float(np.hypot(wanted[:, 0], wanted[:, 1]).max())
+    aims, by_image = wanted_chief_rays(lens, conditions)
+    largest = float(np.hypot(aims[:, 0], aims[:, 1]).max())
     along = np.linspace(0.0, largest, points)
     # An object height above the axis has its image below: let the image rise
     sign = 1.0 if by_image or isinf(distance) else -1.0
-    wanted = np.column_stack([0.0 * along, sign * along])
-    chief = find_chief_rays(lens, film_distance, wanted, distance, by_image, line)
+    aims = np.column_stack([0.0 * along, sign * along])
+    chief = find_chief_rays(lens, film_distance, aims, distance, by_image, line)
     film_z, heights = lens.length + film_distance, chief.images[:, 1]
     sources = chief.angles
     if not isinf(distance):

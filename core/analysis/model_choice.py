@@ -105,10 +105,10 @@ def choose_model(camera: LensCamera, scene: Scene, tolerance_px: float = TOLERAN
     away = max(float(np.linalg.norm(camera.world_from_camera_at(time)[:3, 3]))
                for time in (camera.shutter_open, camera.shutter_close))
     errors = ModelErrors(camera, (max(near - away, CLOSEST * near), far + away))
-    held = -1 if previous is None else LADDER.index((previous.model, previous.degree))
+    current = -1 if previous is None else LADDER.index((previous.model, previous.degree))
     table: list[Rung] = []
-    for place, (model, degree) in enumerate(LADDER):
-        share = KEEP if place < held else 1.0
+    for step, (model, degree) in enumerate(LADDER):
+        share = KEEP if step < current else 1.0
         limits = share * tolerance_px, share * tolerance_stops
         rung = errors.rung(model, degree, limits)
         table.append(rung)

@@ -147,8 +147,8 @@ class ModelErrors:
         film = np.concatenate([np.repeat(self._radii, len(turn)), self._film.ravel()])
         u = np.concatenate([np.tile(turn * 0.5, len(FIELDS)), np.zeros(self._film.size)])
         v = np.concatenate([np.tile(area, len(FIELDS)), np.zeros(self._film.size)])
-        given = {X: np.abs(film), U0: u, U1: v}
-        out = Program([self.table.step(1.0)], np.float64).run(given, [L, M, N, WEIGHT], len(film))
+        inputs = {X: np.abs(film), U0: u, U1: v}
+        out = Program([self.table.step(1.0)], np.float64).run(inputs, [L, M, N, WEIGHT], len(film))
         out[0] *= np.where(film < 0.0, -1.0, 1.0)
         return np.stack([film, *out])
 
@@ -233,7 +233,7 @@ class ModelErrors:
         """(3, depths, fields, rays) directions from the entrance pupil to where the rays cross the depths."""
         away = lines[:3] - np.array([0.0, 0.0, self._eye])[:, None]
         foot = away - (away * lines[3:]).sum(0) * lines[3:]
-        foot, direction = (part.reshape(3, 1, -1, rays) for part in (foot, lines[3:]))
+        foot, direction = (vectors.reshape(3, 1, -1, rays) for vectors in (foot, lines[3:]))
         return direction + foot * self._nearness[:, :, None]
 
     def _moments(self, lines: np.ndarray, weights: np.ndarray) -> Moments:
@@ -279,7 +279,7 @@ class ModelErrors:
         with np.errstate(divide="ignore", invalid="ignore"):
             light = np.log2(weights.sum(1) / self._true_weights.sum(1))
             size = self._stretched(blur.middle - truths[0].middle)
-            wall, spot = (np.abs(each - each[..., :1] + offset) for each in (light[None], light - size))
+            wall, spot = (np.abs(positions - positions[..., :1] + offset) for positions in (light[None], light - size))
         stops = np.concatenate([wall, spot]).max(0)
         worst_px, worst_stops = BETWEEN[0] * worst_px, BETWEEN[1] * float(stops.max())
         if math.isnan(worst_px) or math.isnan(worst_stops):
@@ -298,8 +298,10 @@ class ModelErrors:
         return np.log2(np.maximum((1.0 + along) * (1.0 + around), 1e-30))
 
     def _place(self, field: int) -> str:
-        part = self._radii[field] / (self.camera.film.diagonal / 2.0)
-        return "on the axis" if part == 0.0 else "at the corner" if part > 0.95 else f"at {fixed(part, 1)} of the field"
+        share = self._radii[field] / (self.camera.film.diagonal / 2.0)
+        if share == 0.0:
+            return "on the axis"
+        return "at the corner" if share > 0.95 else f"at {fixed(share, 1)} of the field"
 
 
 def _within(rung: Rung, limits: tuple[float, float]) -> bool:

@@ -43,7 +43,7 @@ def rippled(rays: RayGrid, surface: int, period: float, height: float, phase: fl
     if not 0.0 <= height < inf:
         raise LensError(f"a ripple {significant(height)} mm high: the height must be 0 or more")
     fields, points = len(rays.images), rays.opd.shape[-1]
-    s, t = (np.ascontiguousarray(np.broadcast_to(each, (fields, points, points))) for each in
+    s, t = (np.ascontiguousarray(np.broadcast_to(coordinate, (fields, points, points))) for coordinate in
             (rays.pupil[:, 0, None, :], rays.pupil[:, 1, :, None]))
     places = beams.towards_scene(s, t)[0]
     keep = np.flatnonzero(np.isfinite(rays.opd).any(1).ravel())
@@ -58,17 +58,17 @@ def rippled(rays: RayGrid, surface: int, period: float, height: float, phase: fl
     for c, line in enumerate(rays.conditions.wavelengths):
         went = trace(lens, origins, start[3:6].T, line, clip=False, record=True, forward=True)
         assert went.paths is not None
-        here, indices = went.paths[:, surface + 1], lens.indices(line)
-        incoming = start[3:6].T if surface == 0 else _unit(here - went.paths[:, surface])
-        outgoing = went.directions if surface == len(lens.surfaces) - 1 else _unit(went.paths[:, surface + 2] - here)
+        feet, indices = went.paths[:, surface + 1], lens.indices(line)
+        incoming = start[3:6].T if surface == 0 else _unit(feet - went.paths[:, surface])
+        outgoing = went.directions if surface == len(lens.surfaces) - 1 else _unit(went.paths[:, surface + 2] - feet)
         bend = indices[surface + 1] * outgoing[:, 2] - indices[surface] * incoming[:, 2]
-        r = np.hypot(here[:, 0], here[:, 1])
+        r = np.hypot(feet[:, 0], feet[:, 1])
         waves = 2.0 * pi * r / period + phase
         change = 0.5 * height * bend * (np.cos(waves) - cos(phase))
         by_r = -pi * height / period * bend * np.sin(waves) / np.where(r > 0.0, r, 1.0)     # over r, for d(r²) / 2
         grid = np.full((4, fields * points * points), np.nan)
         grid[:, keep] = (change[:len(keep)] - change[len(keep):][of_field[:len(keep)]], by_r[:len(keep)],
-                         *here[:len(keep), :2].T)
+                         *feet[:len(keep), :2].T)
         made, by_r, x, y = grid.reshape(4, fields, points, points)
         cells = []
         for axis, offset, step in ((2, offset_s, rays.steps[:, 0]), (1, offset_t, rays.steps[:, 1])):

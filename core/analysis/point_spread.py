@@ -118,9 +118,9 @@ def psf(rays: RayGrid, samples: int = SAMPLES, window: float | None = None, pixe
     density = np.full((fields, colours, samples, samples), np.nan, np.float32)
     pupils = pupil_functions(rays, shift)[1, :, :, :, PAD:-PAD]
 
-    def fill(at: tuple[int, int]) -> None:
+    def fill(field_and_colour: tuple[int, int]) -> None:
         """One pattern."""
-        f, c = at
+        f, c = field_and_colour
         made = np.zeros((samples, samples), np.float32)
         if share[f, c] > 0.0:
             made += share[f, c] * _pattern(pupils[f, c], rays, f, lines[c], centres[f], pitch[f], samples)
@@ -155,9 +155,9 @@ def _pattern(pupil: np.ndarray, rays: RayGrid, f: int, line: float, centre: np.n
     wave = _zoom(np.ascontiguousarray(_zoom(pupil_field, pitch * step_s / line, samples).T), pitch * step_t / line,
                  samples)                                           # (sagittal, tangential)
     light = float((cover * root * root).sum())
-    at = np.abs(pitch * (np.arange(samples) - 0.5 * (samples - 1)))
-    wave[at > 0.5 * line / step_s] = 0.0
-    wave[:, at > 0.5 * line / step_t] = 0.0
+    distance = np.abs(pitch * (np.arange(samples) - 0.5 * (samples - 1)))
+    wave[distance > 0.5 * line / step_s] = 0.0
+    wave[:, distance > 0.5 * line / step_t] = 0.0
     return ((wave.real**2 + wave.imag**2) * np.float32(step_s * step_t / (line * line * light))).T
 
 
@@ -229,9 +229,9 @@ def _add_to_cells(s, t, weight, out):
             s_i, t_i = _gap(s, weight, i, j, 1, 0), _gap(t, weight, i, j, 1, 0)
             s_j, t_j = _gap(s, weight, i, j, 0, 1), _gap(t, weight, i, j, 0, 1)
             reach = max(abs(s_i), abs(t_i), abs(s_j), abs(t_j))
-            wanted = min(PER_SAMPLE * reach, FINEST) ** 2
+            target = min(PER_SAMPLE * reach, FINEST) ** 2
             step, count = 5, 8
-            while count < wanted:
+            while count < target:
                 step, count = count, step + count
             light = weight[i, j] / count
             for k in range(count):
@@ -269,11 +269,11 @@ def _over_pixel(density: np.ndarray, side: float) -> np.ndarray:
         total = np.concatenate([np.zeros((1, total.shape[1])), total])          # the integral up to each edge
         edges = np.arange(len(total) - 1) + 0.5
 
-        def up_to(place: np.ndarray, total: np.ndarray = total) -> np.ndarray:
-            place = np.clip(place, 0.0, len(total) - 1.0)
-            low = np.minimum(place.astype(int), len(total) - 2)
-            part = (place - low)[:, None]
-            return total[low] * (1.0 - part) + total[low + 1] * part
+        def up_to(position: np.ndarray, total: np.ndarray = total) -> np.ndarray:
+            position = np.clip(position, 0.0, len(total) - 1.0)
+            low = np.minimum(position.astype(int), len(total) - 2)
+            share = (position - low)[:, None]
+            return total[low] * (1.0 - share) + total[low + 1] * share
 
         density = np.moveaxis((up_to(edges + 0.5 * side) - up_to(edges - 0.5 * side)) / side, 0, axis)
     return density
@@ -290,17 +290,17 @@ def encircled_energy(spread: PointSpread, radii) -> np.ndarray:
     Raises:
         LensError: For a radius that is negative or NaN.
     """
-    wanted = np.atleast_1d(np.asarray(radii, float))
-    if not (wanted >= 0.0).all():
+    circles = np.atleast_1d(np.asarray(radii, float))
+    if not (circles >= 0.0).all():
         raise LensError("the radius of a circle must be a number and not negative")
     count = spread.density.shape[-1]
-    at = np.arange(count) - 0.5 * (count - 1)
-    r = np.hypot(at, at[:, None]).ravel()
+    offsets = np.arange(count) - 0.5 * (count - 1)
+    r = np.hypot(offsets, offsets[:, None]).ravel()
     order = np.argsort(r)
-    out = np.full((*spread.density.shape[:2], wanted.size), np.nan)
+    out = np.full((*spread.density.shape[:2], circles.size), np.nan)
     for f in np.flatnonzero(spread.rays.lit):
         # A circle takes the part of the samples within it that its area has, so that it grows smoothly
-        size = wanted / spread.pitch[f]
+        size = circles / spread.pitch[f]
         within = np.searchsorted(r[order], size)
         fair = np.pi * size**2
         for c in range(out.shape[1]):

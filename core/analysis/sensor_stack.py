@@ -62,4 +62,4 @@ def _glass(lens: Lens, index: float) -> Glass:
     """The plate of an index, with dispersion for a lens that has some."""
     if not 1.0 <= index < inf:
         raise LensError(f"a stack of index {significant(index)}: the index must be 1 or more")
-    return Glass(index, CROWN if any(each.glass.disperses for each in lens.surfaces) and index > 1.0 else None)
+    return Glass(index, CROWN if any(surface.glass.disperses for surface in lens.surfaces) and index > 1.0 else None)

@@ -78,23 +78,23 @@ class Spots:
     @property
     def best_shifts(self) -> np.ndarray:
         """(F,) place of the film with the least rms radius of all wavelengths about their centroid, mm along +z."""
-        return _least_shift(*(each.sum(1) for each in _variances(self.rays, self._shares)))
+        return _least_shift(*(variances.sum(1) for variances in _variances(self.rays, self._shares)))
 
     @property
     def line_foci(self) -> np.ndarray:
         """(F, 2) the same for the least rms width sagittally and tangentially, mm along +z."""
         return _least_shift(*_variances(self.rays, self._shares))
 
-    def points(self, field: int, colour: int, place: int = 0) -> np.ndarray:
+    def points(self, field: int, colour: int, reference: int = 0) -> np.ndarray:
         """Rays that pass: (n, 2) from the reference, sagittal and tangential, mm, by indices of field, colour and
         place.
         """
-        rays, shift = self.rays, self.shifts[place]
+        rays, shift = self.rays, self.shifts[reference]
         passed = rays.passed[field, colour]
         return np.column_stack([(offset[field, colour] + shift * slope[field, colour])[passed] - middle
                                 for offset, slope, middle in zip((rays.offset_s, rays.offset_t),
                                                                  (rays.slope_s, rays.slope_t),
-                                                                 self.references[field, place], strict=True)])
+                                                                 self.references[field, reference], strict=True)])
 
     @property
     def _shares(self) -> np.ndarray:
@@ -133,13 +133,14 @@ def spots(rays: RayGrid, reference: str = "chief", shifts=(0.0,)) -> Spots:
     own = rays.offset_s, rays.offset_t, rays.slope_s, rays.slope_t
     offset_s, offset_t, slope_s, slope_t = (np.where(passed, one, other)      # as the rms has them beyond a rim
                                             for one, other in zip(own, rays.light, strict=True))
-    seen = passed | (rays.weight > 0.0)
+    lit = passed | (rays.weight > 0.0)
     geo = np.empty(rms.shape[:3])
     for k, shift in enumerate(shifts):
-        s, t = (offset + shift * slope - at[:, None, None, None]
-                for offset, slope, at in zip((offset_s, offset_t), (slope_s, slope_t), references[:, k].T, strict=True))
-        geo[:, :, k] = np.sqrt(np.where(seen, s * s + t * t, -1.0).max((2, 3), initial=-1.0).clip(0.0))
-    geo[~seen.any((2, 3))] = np.nan
+        origins = references[:, k].T[..., None, None, None]
+        s, t = (offset + shift * slope - origin for offset, slope, origin in
+                zip((offset_s, offset_t), (slope_s, slope_t), origins, strict=True))
+        geo[:, :, k] = np.sqrt(np.where(lit, s * s + t * t, -1.0).max((2, 3), initial=-1.0).clip(0.0))
+    geo[~lit.any((2, 3))] = np.nan
     return Spots(rays, reference, shifts, references, centroids, rms, geo)
 
 
@@ -166,8 +167,8 @@ def _moments(rays: RayGrid) -> tuple[np.ndarray, np.ndarray]:
     means, squares = np.empty((*total.shape, 2, 2)), np.empty((*total.shape, 3, 2))
     for a in (0, 1):
         o, s = rays.light[a], rays.light[2 + a]
-        for k, each in enumerate((o, s)):
-            means[:, :, k, a] = np.einsum("fcij,fcij->fc", share, each)
+        for k, values in enumerate((o, s)):
+            means[:, :, k, a] = np.einsum("fcij,fcij->fc", share, values)
         for k, (one, other) in enumerate(((o, o), (o, s), (s, s))):
             squares[:, :, k, a] = np.einsum("fcij,fcij,fcij->fc", share, one, other)
     return means, squares
@@ -175,7 +176,7 @@ def _moments(rays: RayGrid) -> tuple[np.ndarray, np.ndarray]:
 
 def _variances(rays: RayGrid, shares: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Covariance of offset and slope, and variance of the slope, (F, 2) each, of all wavelengths together."""
-    means, squares = (np.nan_to_num(each) for each in _moments(rays))
+    means, squares = (np.nan_to_num(moments) for moments in _moments(rays))
     mean = np.einsum("fcka,fc->fka", means, shares)
     square = np.einsum("fcka,fc->fka", squares, shares)
     return square[:, 1] - mean[:, 0] * mean[:, 1], square[:, 2] - mean[:, 1] ** 2
@@ -278,24 +279,25 @@ def pupil_by_height(beams: FieldBeams, axis: int, heights: np.ndarray) -> np.nda
         extent = 1.0 / np.hypot(slope[:, 0], slope[:, 1])
     line = beams.chief_pupil[:, axis, None] + extent[:, None] * REACH * np.linspace(-1.0, 1.0, SEARCH)
     other = np.broadcast_to(beams.chief_pupil[:, 1 - axis, None], line.shape)
-    at = np.einsum("kfq,fk->fq", beams.on_stop(*((line, other) if axis == 0 else (other, line))), beams.axes[:, axis])
-    found = np.full((len(line), len(heights)), np.nan)
+    points = beams.on_stop(line, other) if axis == 0 else beams.on_stop(other, line)
+    on_stop = np.einsum("kfq,fk->fq", points, beams.axes[:, axis])
+    shares = np.full((len(line), len(heights)), np.nan)
     for f in range(len(line)):
-        good = _rising(at[f])
+        good = _rising(on_stop[f])
         if good.stop - good.start > 3:
-            found[f] = np.interp(heights, *_upwards(at[f, good], line[f, good]), np.nan, np.nan)
-    return found
+            shares[f] = np.interp(heights, *_upwards(on_stop[f, good], line[f, good]), np.nan, np.nan)
+    return shares
 
 
-def _rising(at: np.ndarray) -> slice:
+def _rising(values: np.ndarray) -> slice:
     """The part about the middle of an odd number of heights (n,) in which they only rise, or only fall: beyond, rays
     cross.
     """
-    steps, middle = np.diff(at), len(at) // 2
+    steps, middle = np.diff(values), len(values) // 2
     same = steps[middle] * steps > 0.0
     low = middle - int(np.argmin(np.append(same[:middle][::-1], False)))
     return slice(low, middle + 1 + int(np.argmin(np.append(same[middle:], False))))
 
 
-def _upwards(at: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return (at, line) if at[-1] > at[0] else (at[::-1], line[::-1])
+def _upwards(values: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return (values, line) if values[-1] > values[0] else (values[::-1], line[::-1])

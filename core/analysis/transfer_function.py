@@ -142,11 +142,11 @@ def neighbours_apart(rays: RayGrid, shift: float = 0.0) -> np.ndarray:
             known = gaps[:_gaps(offset[f], slope[f], shift, rays.victim[f], axis, gaps)]
             if known.size:
                 # The quantile by a straight line between the two nearest
-                at = KEPT * (known.size - 1)
-                low = min(int(at), known.size - 2) if known.size > 1 else 0
+                position = KEPT * (known.size - 1)
+                low = min(int(position), known.size - 2) if known.size > 1 else 0
                 known.partition((low, min(low + 1, known.size - 1)))
                 near, next_ = known[low], known[min(low + 1, known.size - 1)]
-                far[f] = max(far[f], near + (at - low) * (next_ - near))
+                far[f] = max(far[f], near + (position - low) * (next_ - near))
     return np.where(rays.lit, far, np.nan)
 
 
@@ -217,10 +217,10 @@ def _pupil_function(opd, offset_s, offset_t, grid, steps, coverage, root, chief_
                         if 0 <= a < rows and 0 <= b < columns and w[a, b] == w[a, b]:
                             s, t = slope_s[a, b], slope_t[a, b]
                             value = w[a, b] - dj * s - di * t
-                part, light = coverage[c, i, j], root[i, j]
+                share, light = coverage[c, i, j], root[i, j]
                 for row, column, slope, out in ((j, i, s, along_s), (i, j, t, along_t)):
                     out[c, 0, PAD + row, column], out[c, 1, PAD + row, column] = value, slope
-                    out[c, 2, PAD + row, column], out[c, 3, PAD + row, column] = part, light
+                    out[c, 2, PAD + row, column], out[c, 3, PAD + row, column] = share, light
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -252,11 +252,11 @@ def autocorrelate(pupil, shifts, real, imaginary, ideal):
             light += cover[i, j] * root[i, j] * root[i, j]
     for q in range(shifts.size):
         whole = int(floor(0.5 * shifts[q]))
-        part = 0.5 * shifts[q] - whole
+        share = 0.5 * shifts[q] - whole
         # Hermite's cubic from the rows a = i + whole and a + 1 at `part`, mirrored for the other side
-        rest = 1.0 - part
-        h0, h1 = (1.0 + 2.0 * part) * rest * rest, part * part * (3.0 - 2.0 * part)
-        g0, g1 = part * rest * rest, -part * part * rest
+        rest = 1.0 - share
+        h0, h1 = (1.0 + 2.0 * share) * rest * rest, share * share * (3.0 - 2.0 * share)
+        g0, g1 = share * rest * rest, -share * share * rest
         re, im, overlap = 0.0, 0.0, 0.0
         for i in range(whole + 1, rows - whole - 1):
             # Rows about the two points: one compiled loop over each, without a look at the sign of an index
@@ -266,8 +266,8 @@ def autocorrelate(pupil, shifts, real, imaginary, ideal):
             ca, ca1, cb, cb1 = cover[a], cover[a + 1], cover[b], cover[b - 1]
             ra, ra1, rb, rb1 = root[a], root[a + 1], root[b], root[b - 1]
             for j in range(columns):
-                over = min(rest * ca[j] + part * ca1[j], rest * cb[j] + part * cb1[j])
-                light_there = over * (rest * ra[j] + part * ra1[j]) * (rest * rb[j] + part * rb1[j])
+                over = min(rest * ca[j] + share * ca1[j], rest * cb[j] + share * cb1[j])
+                light_there = over * (rest * ra[j] + share * ra1[j]) * (rest * rb[j] + share * rb1[j])
                 x = (h0 * (wa[j] - wb[j]) + h1 * (wa1[j] - wb1[j])
                      + g0 * (sa[j] + sb[j]) + g1 * (sa1[j] + sb1[j]))
                 x = x - np.floor(x + 0.5)

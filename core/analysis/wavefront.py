@@ -119,14 +119,14 @@ def _fill(x, y, orders, coefficients, out):
             powers[1, m, i] = powers[0, m - 1, i] * y[i] + powers[1, m - 1, i] * x[i]
     for j in range(orders.shape[0]):
         m = abs(orders[j, 1])
-        row, part = out[j], powers[1 if orders[j, 1] < 0 else 0, m]
+        row, azimuthal = out[j], powers[1 if orders[j, 1] < 0 else 0, m]
         row[:] = 0.0
         for k in range((orders[j, 0] - m) // 2 + 1):
             factor = coefficients[j, k]
             for i in range(n):
                 row[i] = row[i] * r2[i] + factor
         for i in range(n):
-            row[i] *= part[i]
+            row[i] *= azimuthal[i]
 
 
 TERMS = 37              # Noll polynomials, complete to the seventh order with one of the eighth (37: spherical)
@@ -217,9 +217,9 @@ def wavefronts(rays: RayGrid, terms: int = TERMS) -> Wavefront:
         """The figures of one field."""
         good = ((rays.coverage[f] > 0.0) & np.isfinite(opd[f])).any(0)
         rows, columns = np.nonzero(good)
-        at, on_rim = half[:, f, rows, columns], edge[:, f, rows, columns]
-        basis = zernikes(terms, x[f][columns] + at[0] / radii[f], y[f][rows] + at[1] / radii[f])
-        _field(basis, opd[f], rays.offset_s[f], rays.offset_t[f], at, on_rim, 2.0 / radii[f], rays.coverage[f],
+        middle, on_rim = half[:, f, rows, columns], edge[:, f, rows, columns]
+        basis = zernikes(terms, x[f][columns] + middle[0] / radii[f], y[f][rows] + middle[1] / radii[f])
+        _field(basis, opd[f], rays.offset_s[f], rays.offset_t[f], middle, on_rim, 2.0 / radii[f], rays.coverage[f],
                light[f], rows, columns, waves, ENOUGH * terms, noll[f], residual[f], rms[f], range_[f], strehl[f])
 
     each_of(fill, np.flatnonzero(np.isfinite(radii)).tolist())
@@ -231,9 +231,9 @@ def _within_cells(rays: RayGrid) -> tuple[np.ndarray, np.ndarray]:
 
     In a vignetted cell halfway to the centroid of its open part, as in `RayGrid.light`, and on the edge.
     """
-    centre, part = (each[..., rays.conditions.primary, :, :] for each in (rays.open_centre, rays.coverage))
+    centre, share = (values[..., rays.conditions.primary, :, :] for values in (rays.open_centre, rays.coverage))
     size, steps = np.abs(centre).max(0), rays.steps.T[:, :, None, None]
-    to_rim = np.divide(0.5 - part, size, out=np.zeros_like(size), where=(size > 0.0) & (part < 1.0))
+    to_rim = np.divide(0.5 - share, size, out=np.zeros_like(size), where=(size > 0.0) & (share < 1.0))
     return 0.5 * centre * steps, centre * to_rim * steps
 
 
@@ -297,7 +297,7 @@ def _field(basis, opd, offset_s, offset_t, half, edge, tilt, cover, light, rows,
     polynomial. waves: (C,) radians a mm of path. enough: open cells that the fit of all polynomials needs.
     """
     k, n = basis.shape
-    w, part, flat, found = np.empty(n), np.empty(n), np.empty(n), np.empty(k)
+    w, weights, flat, coefficients = np.empty(n), np.empty(n), np.empty(n), np.empty(k)
     for c in range(opd.shape[0]):
         # The open cells, and their parts
         count, total = 0, 0.0
@@ -306,29 +306,30 @@ def _field(basis, opd, offset_s, offset_t, half, edge, tilt, cover, light, rows,
             value = opd[c, i, j] + half[0, q] * offset_s[c, i, j] + half[1, q] * offset_t[c, i, j]
             share = cover[c, i, j]
             known = share > 0.0 and value == value
-            w[q], part[q] = (value, share) if known else (0.0, 0.0)
+            w[q], weights[q] = (value, share) if known else (0.0, 0.0)
             count += known
-            total += part[q]
+            total += weights[q]
         if count < 4:
             continue
         for q in range(n):
-            part[q] /= total
+            weights[q] /= total
 
         # Without piston and tilt: rms, range and Strehl ratio
-        _fit(basis[:3], w, part, found[:3])
+        _fit(basis[:3], w, weights, coefficients[:3])
         square, low, high, real, imaginary, bright = 0.0, np.inf, -np.inf, 0.0, 0.0, 0.0
         for q in range(n):
-            flat[q] = w[q] - found[0] * basis[0, q] - found[1] * basis[1, q] - found[2] * basis[2, q]
-            square += part[q] * flat[q] * flat[q]
+            flat[q] = (w[q] - coefficients[0] * basis[0, q] - coefficients[1] * basis[1, q]
+                       - coefficients[2] * basis[2, q])
+            square += weights[q] * flat[q] * flat[q]
             there = light[c, rows[q], columns[q]]
             bright += there
             real += there * cos(waves[c] * flat[q])
             imaginary += there * sin(waves[c] * flat[q])
         for q in range(n):
-            if part[q] > 0.0:
+            if weights[q] > 0.0:
                 i, j = rows[q], columns[q]
-                there = (flat[q] + (edge[0, q] - half[0, q]) * (offset_s[c, i, j] - found[1] * tilt)
-                         + (edge[1, q] - half[1, q]) * (offset_t[c, i, j] - found[2] * tilt))
+                there = (flat[q] + (edge[0, q] - half[0, q]) * (offset_s[c, i, j] - coefficients[1] * tilt)
+                         + (edge[1, q] - half[1, q]) * (offset_t[c, i, j] - coefficients[2] * tilt))
                 low, high = min(low, there), max(high, there)
         rms[c], range_[c] = sqrt(square), high - low
         strehl[c] = (real * real + imaginary * imaginary) / (bright * bright)
@@ -336,13 +337,13 @@ def _field(basis, opd, offset_s, offset_t, half, edge, tilt, cover, light, rows,
             continue
 
         # The coefficients, and what they leave
-        _fit(basis, w, part, found)
+        _fit(basis, w, weights, coefficients)
         flat[:] = w
         for j in range(k):
-            noll[c, j] = found[j]
+            noll[c, j] = coefficients[j]
             for q in range(n):
-                flat[q] -= found[j] * basis[j, q]
+                flat[q] -= coefficients[j] * basis[j, q]
         square = 0.0
         for q in range(n):
-            square += part[q] * flat[q] * flat[q]
+            square += weights[q] * flat[q] * flat[q]
         residual[c] = sqrt(square)

@@ -52,8 +52,8 @@ class BareSensor(Camera):
 
     def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
         """Film points where the rays with the sampled directions through the points begin; every point is visible."""
-        given = {U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
-        l, m, n = Program(self.camera_steps(wavelength), np.float64).run(given, [L, M, N], len(points))
+        inputs = {U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
+        l, m, n = Program(self.camera_steps(wavelength), np.float64).run(inputs, [L, M, N], len(points))
         before = points[:, 2] < 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
             film = points[:, :2] - points[:, 2:] * np.stack([l, m], 1) / n[:, None]

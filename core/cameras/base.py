@@ -95,9 +95,9 @@ class Camera(RayGeneration, FilmProjection):
 
         # Follow the rays to the given distance
         rays = self.with_open_stop.generate_rays(raster, np.tile(self.pupil_centre, (len(raster), 1)), time)
-        seen = rays.weights > 0.0
-        world = rays.origins + rays.directions * np.broadcast_to(distance, seen.shape)[:, None]
-        world = np.where(seen[:, None], world, np.nan)
+        visible = rays.weights > 0.0
+        world = rays.origins + rays.directions * np.broadcast_to(distance, visible.shape)[:, None]
+        world = np.where(visible[:, None], world, np.nan)
         in_camera = transform_points(np.linalg.inv(self.placement(time, raster)), world)
         in_object = world if object_from_world is None else transform_points(object_from_world, world)
         return Places(raster, ndc, screen, on_film, in_camera, world, in_object)

@@ -110,12 +110,12 @@ class CustomLanding:
 
     def _returned(self, origins: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Raster and uv (n, 2) that `back` gives for rays; CameraError where they are none. inf is allowed."""
-        found = self._back(origins, directions)
+        returned = self._back(origins, directions)
         n = len(origins)
-        if not isinstance(found, tuple | list) or len(found) != 2:
+        if not isinstance(returned, tuple | list) or len(returned) != 2:
             raise CameraError("back must return raster points and pupil samples: (n, 2) arrays")
         arrays = []
-        for name, value in zip(("raster", "uv"), found, strict=True):
+        for name, value in zip(("raster", "uv"), returned, strict=True):
             try:
                 arrays.append(np.broadcast_to(np.asarray(value, float), (n, 2)))
             except (TypeError, ValueError):
@@ -134,9 +134,9 @@ class CustomLanding:
         # Differences stay on the film and in the square, outside which the function may have no values
         start = np.clip(np.hstack([raster / self._size, uv]), STEP, 1.0 - STEP)
         moves = STEP * np.concatenate([np.eye(4), -np.eye(4)])
-        at = (start + moves[:, None]).reshape(-1, 4)
-        at = np.concatenate([at, np.hstack([np.clip(raster / self._size, 0.0, 1.0), np.clip(uv, 0.0, 1.0)])])
-        origins, directions, weights = self._rays(at[:, :2] * self._size, at[:, 2:])
+        samples = (start + moves[:, None]).reshape(-1, 4)
+        samples = np.concatenate([samples, np.hstack([np.clip(raster / self._size, 0.0, 1.0), np.clip(uv, 0.0, 1.0)])])
+        origins, directions, weights = self._rays(samples[:, :2] * self._size, samples[:, 2:])
         lit = (weights.reshape(9, n) > 0.0).all(0)
         origins, directions = origins.reshape(9, n, 3), directions.reshape(9, n, 3)
         # Two axes across each ray
@@ -149,8 +149,8 @@ class CustomLanding:
         to_plane = (((start_point - origins) * axis).sum(-1) / (directions * axis).sum(-1))[..., None]
         places = np.einsum("kni,nij->nkj", origins + to_plane * directions - start_point, axes)
         slopes = np.einsum("kni,nij->nkj", directions, axes)
-        found = np.concatenate([places, slopes], 2)
-        slope = (found[:, :4] - found[:, 4:8]) / (2.0 * STEP)
+        rays = np.concatenate([places, slopes], 2)
+        slope = (rays[:, :4] - rays[:, 4:8]) / (2.0 * STEP)
         etendue = np.abs(np.linalg.det(slope) if self._radius > 0.0 else np.linalg.det(slope[:, :2, 2:]))
         weight = np.where(lit, weights[8 * n:], 0.0)
         return _Measured(start_point, axis, weight, etendue / self._size.prod())
@@ -316,14 +316,14 @@ class CustomCamera(Camera):
 
     def _checked_rays(self, raster: np.ndarray, uv: np.ndarray, time: np.ndarray):
         """Origins, unit directions and weights that the function gives; CameraError where they are no rays."""
-        found = self.rays(raster, uv, time)
-        if not isinstance(found, tuple | list) or len(found) not in (2, 3):
-            raise CameraError(f"the camera's function returned {_described(found)}: "
+        returned = self.rays(raster, uv, time)
+        if not isinstance(returned, tuple | list) or len(returned) not in (2, 3):
+            raise CameraError(f"the camera's function returned {_described(returned)}: "
                               "it must return origins, directions and, if they are not all 1, weights")
         n = len(raster)
         shapes = {"origins": (n, 3), "directions": (n, 3), "weights": (n,)}
         arrays = []
-        for (name, shape), value in zip(shapes.items(), (*found, 1.0)[:3], strict=True):
+        for (name, shape), value in zip(shapes.items(), (*returned, 1.0)[:3], strict=True):
             try:
                 if np.iscomplexobj(value):
                     raise TypeError
@@ -336,9 +336,9 @@ class CustomCamera(Camera):
         def refuse(wrong: np.ndarray, what: str) -> None:
             if wrong.any():
                 k = int(np.argmax(wrong))
-                at = ", ".join(significant(float(number)) for number in raster[k])
+                position = ", ".join(significant(float(number)) for number in raster[k])
                 through = ", ".join(significant(float(number)) for number in uv[k])
-                raise CameraError(f"the camera's function returned {what} for the raster point ({at}) "
+                raise CameraError(f"the camera's function returned {what} for the raster point ({position}) "
                                   f"and the pupil sample ({through})")
 
         refuse(~(np.abs(weights) <= LARGEST), "a weight that is not a finite number below 1e30")

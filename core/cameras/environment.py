@@ -84,8 +84,8 @@ class EnvironmentCamera(Camera):
             density = {"equirectangular": lambda: 0.5 / (math.pi**2 * np.hypot(x, z)),
                        "equal-area": lambda: np.full(len(x), 0.25 / math.pi),
                        "cube-map": lambda: np.abs(directions).max(1) ** -3 / 48.0}[self.layout]()
-        film, seen = self.film_from_point(directions, None)
-        return point_importance(film, density, seen, origins, directions)
+        film, visible = self.film_from_point(directions, None)
+        return point_importance(film, density, visible, origins, directions)
 
 
 @stage

@@ -95,12 +95,12 @@ def gaussian_importance(lens: Gaussian, gain: float, film_area: float, origins: 
         return FilmImportance(film, we, position_pdf, direction_pdf, passes & (cosine > 0.0), is_point)
 
 
-def point_importance(film: np.ndarray, density: np.ndarray, seen: np.ndarray, origins: np.ndarray,
+def point_importance(film: np.ndarray, density: np.ndarray, visible: np.ndarray, origins: np.ndarray,
                      directions: np.ndarray) -> FilmImportance:
     """Importance for a camera that sees from its origin with weight 1; density: of its directions (1 / sr)."""
     along = (origins * directions).sum(1)[:, None]
     aside = np.linalg.norm(origins - along * directions, axis=1)
-    return FilmImportance(film, density, np.ones(len(film)), density, seen & (aside <= HIT), True)
+    return FilmImportance(film, density, np.ones(len(film)), density, visible & (aside <= HIT), True)
 
 
 # Parameters of `land`: mm per pixel and half the film (mm), across and down, as for the film's step; then the gain.

@@ -80,11 +80,11 @@ class FisheyeCamera(Camera):
         """Projection of points in closed form; see `Camera.film_from_point`."""
         across = np.hypot(points[:, 0], points[:, 1])
         theta = np.arctan2(across, -points[:, 2])
-        seen = points.any(1) & (theta <= self.fov / 2.0 * (1.0 + 1e-12))
+        visible = points.any(1) & (theta <= self.fov / 2.0 * (1.0 + 1e-12))
         with np.errstate(divide="ignore", invalid="ignore"):
             r = self.focal_length * image_height(self.projection, theta)
             film = -points[:, :2] * np.where(across > 0.0, r / across, 0.0)[:, None]
-        return np.where(seen[:, None], film, math.nan), seen
+        return np.where(visible[:, None], film, math.nan), visible
 
     def film_slopes(self, film_xy, directions):
         """Derivatives in closed form: dθ/dr along the radius and sin θ / r across it; see `Camera.film_slopes`."""
@@ -117,8 +117,8 @@ class FisheyeCamera(Camera):
                     "stereographic": lambda: np.cos(0.5 * theta) ** -4.0,
                     "orthographic": lambda: np.cos(theta)}[self.projection]()
         density = self.focal_length**2 * area / (self.film.width * self.film.height)
-        film, seen = self.film_from_point(directions, None)
-        return point_importance(film, density, seen, origins, directions)
+        film, visible = self.film_from_point(directions, None)
+        return point_importance(film, density, visible, origins, directions)
 
 
 def image_height(projection: str, theta):

@@ -78,8 +78,8 @@ class Gaussian(NamedTuple):
         lie before it.
         """
         n = len(points)
-        given = {X: np.zeros(n), Y: np.zeros(n), U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
-        x, y, l, m, n_ = Program(self.steps(1.0), np.float64).run(given, [X, Y, L, M, N], n)    # of the film's centre
+        inputs = {X: np.zeros(n), Y: np.zeros(n), U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
+        x, y, l, m, n_ = Program(self.steps(1.0), np.float64).run(inputs, [X, Y, L, M, N], n)    # of the film's centre
         before = self.z - points[:, 2]
         with np.errstate(divide="ignore", invalid="ignore"):
             film = np.stack([points[:, 0] - x + before * l / n_, points[:, 1] - y + before * m / n_], 1)

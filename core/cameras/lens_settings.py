@@ -136,10 +136,10 @@ def focus_of_film(lens: Lens, film_at: float, focus_distance: float) -> float:
     FocusError where a finite focus_distance contradicts it.
     """
     try:
-        found = focused_distance(lens, film_at)
+        in_focus = focused_distance(lens, film_at)
     except FocusError:
-        found = math.inf                            # the film lies before the rear focus: nothing is in focus
-    if math.isfinite(focus_distance) and not math.isclose(focus_distance, found, rel_tol=1e-9):
-        raise FocusError(f"film distance {significant(film_at)} mm focuses at {significant(found)} mm, and not at "
+        in_focus = math.inf                            # the film lies before the rear focus: nothing is in focus
+    if math.isfinite(focus_distance) and not math.isclose(focus_distance, in_focus, rel_tol=1e-9):
+        raise FocusError(f"film distance {significant(film_at)} mm focuses at {significant(in_focus)} mm, and not at "
                          f"{significant(focus_distance)} mm: give one of the two")
-    return found
+    return in_focus

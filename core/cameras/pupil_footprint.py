@@ -57,15 +57,15 @@ def footprint_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
     pupil = _measured_pupil(camera, real)
     if pupil is None:
         return [], []
-    sizes, part = np.empty(SIZES_END), np.empty(PART_END)
+    sizes, numbers = np.empty(SIZES_END), np.empty(PART_END)
     sizes[CELLS_ACROSS], sizes[CELLS_DOWN] = CELLS / camera.film.pixels_x, CELLS / camera.film.pixels_y
     sizes[RADII:CENTRES_X] = pupil.radius.ravel()
     sizes[CENTRES_X:CENTRES_Y], sizes[CENTRES_Y:] = pupil.centre_x.ravel(), pupil.centre_y.ravel()
     axes = world_from_camera[:3, :3]
-    part[RIGHT:PLANE] = axes.T.ravel()
-    part[PLANE:FOCUS] = axes[:, 2] * pupil.plane + world_from_camera[:3, 3]
-    part[FOCUS] = pupil.focus
-    return [Step(pupil_size, sizes)], [Step(pupil_part, part)]
+    numbers[RIGHT:PLANE] = axes.T.ravel()
+    numbers[PLANE:FOCUS] = axes[:, 2] * pupil.plane + world_from_camera[:3, 3]
+    numbers[FOCUS] = pupil.focus
+    return [Step(pupil_size, sizes)], [Step(pupil_part, numbers)]
 
 
 def _measured_pupil(camera: Camera, real) -> _Pupil | None:
@@ -76,25 +76,25 @@ def _measured_pupil(camera: Camera, real) -> _Pupil | None:
     k = np.arange(PUPIL_SAMPLES)
     x, y = (np.repeat(values.ravel(), PUPIL_SAMPLES)
             for values in np.meshgrid(nodes * film.pixels_x, nodes * film.pixels_y))
-    given = {X: x, Y: y, U0: np.tile((k + 0.5) / PUPIL_SAMPLES, n), U1: np.tile((k * GOLDEN + 0.5) % 1.0, n),
-             TIME: np.full(n * PUPIL_SAMPLES, 0.5)}
-    rays = Program([camera.film_step, *camera.aimed()], real).run(given, [X, Y, Z, L, M, N, WEIGHT],
+    inputs = {X: x, Y: y, U0: np.tile((k + 0.5) / PUPIL_SAMPLES, n), U1: np.tile((k * GOLDEN + 0.5) % 1.0, n),
+              TIME: np.full(n * PUPIL_SAMPLES, 0.5)}
+    rays = Program([camera.film_step, *camera.aimed()], real).run(inputs, [X, Y, Z, L, M, N, WEIGHT],
                                                                   n * PUPIL_SAMPLES)
     rays = rays.astype(float).reshape(7, n, PUPIL_SAMPLES)
-    seen = rays[6] > 0.0
-    known = seen.sum(1) >= FEWEST
+    passed = rays[6] > 0.0
+    known = passed.sum(1) >= FEWEST
     if not known.any():
         return None
-    seen[~known] = False
+    passed[~known] = False
 
     def mean(values: np.ndarray) -> np.ndarray:
         """Mean over the rays of each cell that pass."""
         with np.errstate(invalid="ignore"):
-            return np.where(seen, values, 0.0).sum(-1) / seen.sum(1)
+            return np.where(passed, values, 0.0).sum(-1) / passed.sum(1)
 
     with np.errstate(divide="ignore", invalid="ignore"):
         slopes = rays[3:5] / rays[5]
-        plane = float(rays[2][seen].mean())
+        plane = float(rays[2][passed].mean())
         points = rays[:2] + slopes * (plane - rays[2])
         slope_offsets = slopes - mean(slopes)[..., None]
 
@@ -157,9 +157,9 @@ def pupil_part(lanes, p, ints, key):
     cx, cy, cz = p[PLANE], p[PLANE + 1], p[PLANE + 2]
     # Radius of the part, and how far its centre is drawn towards that of the pupil
     late = real(FULL_PUPIL_SAMPLES) / (real(key[SAMPLE]) + real(1))
-    part = math.sqrt(late * math.sqrt(late)) if late < real(1) else real(1)
-    share = part / (real(1) + math.sqrt(real(1) - part * part))
-    nearer = -part / p[FOCUS]
+    scale = math.sqrt(late * math.sqrt(late)) if late < real(1) else real(1)
+    share = scale / (real(1) + math.sqrt(real(1) - scale * scale))
+    nearer = -scale / p[FOCUS]
     for i in range(B):
         # Cross the pupil's plane
         a, b, c = x[i] - cx, y[i] - cy, z[i] - cz
@@ -172,4 +172,4 @@ def pupil_part(lanes, p, ints, key):
         ox[i], oy[i], oz[i] = u * rx + v * ux, u * ry + v * uy, u * rz + v * uz
         # Radius at the origin of the ray, and its change along the ray
         spread[i] = radius[i] * along * nearer
-        radius[i] = radius[i] * part - t * spread[i]
+        radius[i] = radius[i] * scale - t * spread[i]

@@ -43,26 +43,26 @@ class Differentials(NamedTuple):
 _RAY = [X, Y, Z, L, M, N, WEIGHT]
 
 
-def ray_slopes(camera: CameraStages, given: dict[int, np.ndarray], dtype, wavelength: float,
+def ray_slopes(camera: CameraStages, inputs: dict[int, np.ndarray], dtype, wavelength: float,
                timed: bool) -> np.ndarray:
     """Derivatives (2, n, 6) of origins (mm) and directions of rays in the world, per pixel to the right and down.
 
-    given: raster X, Y, U0, U1 and TIME, (n,) each; timed: TIME is a shutter sample.
+    inputs: raster X, Y, U0, U1 and TIME, (n,) each; timed: TIME is a shutter sample.
     """
     # A row that opens later sees a camera that has moved: only differences include that
     rolling = camera.moves and camera.readout > 0.0
-    found = None if rolling else _closed_form(camera, given, dtype, wavelength)
-    return _by_differences(camera, given, dtype, wavelength, timed) if found is None else found
+    slopes = None if rolling else _closed_form(camera, inputs, dtype, wavelength)
+    return _by_differences(camera, inputs, dtype, wavelength, timed) if slopes is None else slopes
 
 
-def _closed_form(camera: CameraStages, given: dict[int, np.ndarray], dtype,
+def _closed_form(camera: CameraStages, inputs: dict[int, np.ndarray], dtype,
                  wavelength: float) -> np.ndarray | None:
     """`ray_slopes` of a camera with `film_slopes`, placed as it is at the time of each ray; else None."""
     if camera.film_slopes(np.zeros((0, 2)), np.zeros((0, 3))) is None:
         return None                             # known before any ray is computed
-    n = len(given[X])
-    film = Program([camera.film_step], dtype).run(given, [X, Y], n).T.astype(float)
-    rays = Program([camera.film_step, *camera.camera_steps(wavelength)], dtype).run(given, _RAY, n).T.astype(float)
+    n = len(inputs[X])
+    film = Program([camera.film_step], dtype).run(inputs, [X, Y], n).T.astype(float)
+    rays = Program([camera.film_step, *camera.camera_steps(wavelength)], dtype).run(inputs, _RAY, n).T.astype(float)
     slopes = camera.film_slopes(film, rays[:, 3:6])
     assert slopes is not None
     across, _, down, _ = camera.film_step.parameters
@@ -70,7 +70,7 @@ def _closed_form(camera: CameraStages, given: dict[int, np.ndarray], dtype,
     if camera.has_port:
         assert camera.medium is not None
         slopes = _through_port(slopes, rays, camera.front, 1.0 / camera.medium.index)
-    world_from_camera = camera.placement(given[TIME], np.stack([given[X], given[Y]], 1))[..., :3, :3]
+    world_from_camera = camera.placement(inputs[TIME], np.stack([inputs[X], inputs[Y]], 1))[..., :3, :3]
     rotation = world_from_camera / np.cbrt(np.linalg.det(world_from_camera))[..., None, None]
     origin_slopes, direction_slopes = slopes[..., :3, None], slopes[..., 3:, None]
     return np.concatenate([(world_from_camera @ origin_slopes)[..., 0], (rotation @ direction_slopes)[..., 0]], -1)
@@ -88,14 +88,14 @@ def _through_port(slopes: np.ndarray, rays: np.ndarray, window: float, ratio: fl
     return np.concatenate([do + t * dd + dt * d, dbent, dalong[..., None]], -1)
 
 
-def _by_differences(camera: CameraStages, given: dict[int, np.ndarray], dtype, wavelength: float,
+def _by_differences(camera: CameraStages, inputs: dict[int, np.ndarray], dtype, wavelength: float,
                     timed: bool) -> np.ndarray:
     """`ray_slopes` by differences of the camera's own stages.
 
     Central where the rays on both sides arrive, one-sided of the same order where one does, with smaller steps where
     neither does. NaN for a ray without neighbours.
     """
-    n = len(given[X])
+    n = len(inputs[X])
     steps = camera.steps(wavelength, timed)
     film = next(k for k, step in enumerate(steps) if step.kernel is camera.film_step.kernel) + 1
     aim_distance, posed = camera.aim_distance, not camera.film_pose.is_upright
@@ -103,15 +103,15 @@ def _by_differences(camera: CameraStages, given: dict[int, np.ndarray], dtype, w
         whole = Program(steps, dtype)
     else:
         to_film, onward = Program(steps[:film], dtype), Program(steps[film + 1:], dtype)
-        x, y, l, m, n_ = Program(steps[:film + 1], dtype).run(given, [X, Y, L, M, N], n).astype(float)
+        x, y, l, m, n_ = Program(steps[:film + 1], dtype).run(inputs, [X, Y, L, M, N], n).astype(float)
         rear = np.stack([x - l / n_ * aim_distance, y - m / n_ * aim_distance])
 
     def rays(h: float) -> tuple[np.ndarray, np.ndarray]:
         """Rays (2, 2, n, 6) of raster points shifted by h pixels right and left, down and up; and which arrive."""
         shifts = h * np.array([[[1.0, 0.0], [-1.0, 0.0]], [[0.0, 1.0], [0.0, -1.0]]])
         m = 4 * n
-        shifted = {row: np.tile(values, 4) for row, values in given.items()}
-        shifted[X], shifted[Y] = ((shifts[..., k, None] + given[row]).ravel() for k, row in enumerate((X, Y)))
+        shifted = {row: np.tile(values, 4) for row, values in inputs.items()}
+        shifted[X], shifted[Y] = ((shifts[..., k, None] + inputs[row]).ravel() for k, row in enumerate((X, Y)))
         if aim_distance is None:
             out = whole.run(shifted, _RAY, m)
         else:
@@ -164,20 +164,20 @@ def spread_step(camera: CameraStages, real) -> Step:
     nodes = (np.arange(CELLS) + 0.5) / CELLS
     x, y = (values.ravel() for values in np.meshgrid(nodes * film.pixels_x, nodes * film.pixels_y))
     middle = [np.full(x.size, number) for number in (*camera.stage_centre, 0.5)]
-    given = {X: x, Y: y, U0: middle[0], U1: middle[1], TIME: middle[2]}
-    rays = Program(camera.steps(), real).run(given, _RAY, x.size).astype(float)
+    inputs = {X: x, Y: y, U0: middle[0], U1: middle[1], TIME: middle[2]}
+    rays = Program(camera.steps(), real).run(inputs, _RAY, x.size).astype(float)
     with np.errstate(invalid="ignore", over="ignore"):      # rays that do not arrive hold any numbers
-        slopes = ray_slopes(camera, given, real, D_LINE, camera.moves)
+        slopes = ray_slopes(camera, inputs, real, D_LINE, camera.moves)
         origin_slopes, direction_slopes = slopes[..., :3], slopes[..., 3:]
         directions = rays[3:6].T
         origin_slopes = origin_slopes - (origin_slopes * directions).sum(-1)[..., None] * directions    # across the ray
         spread, foot = (np.sqrt((value**2).sum(-1).mean(0)) for value in (direction_slopes, origin_slopes))
         foot = np.copysign(foot, (origin_slopes * direction_slopes).sum((0, 2)))
-    seen = (rays[6] > 0.0) & np.isfinite(spread) & np.isfinite(foot)
-    table = fill_gaps(np.where(seen, spread, math.nan).reshape(CELLS, CELLS))
+    passed = (rays[6] > 0.0) & np.isfinite(spread) & np.isfinite(foot)
+    table = fill_gaps(np.where(passed, spread, math.nan).reshape(CELLS, CELLS))
     p = np.empty(SPREADS + CELLS * CELLS)
     p[CELLS_ACROSS], p[CELLS_DOWN] = CELLS / film.pixels_x, CELLS / film.pixels_y
-    p[FIRST_SIDE] = foot[seen].mean() if seen.any() else 0.0
+    p[FIRST_SIDE] = foot[passed].mean() if passed.any() else 0.0
     p[SPREADS:] = table.ravel()
     return Step(pixel_spread, p)
 
@@ -206,8 +206,8 @@ def pixel_spread(lanes, p, ints, key):
     across, down, last = p[CELLS_ACROSS], p[CELLS_DOWN], real(CELLS - 1)
     # Share of the pixel that this sample covers
     root = math.sqrt(real(key[SAMPLE]) + real(1))
-    part = real(1) / (root * math.sqrt(root))
-    begin = p[FIRST_SIDE] * part
+    scale = real(1) / (root * math.sqrt(root))
+    begin = p[FIRST_SIDE] * scale
     # Look up the cell of the film
     for i in range(B):
         a, b = np.floor(x[i] * across), np.floor(y[i] * down)
@@ -216,7 +216,7 @@ def pixel_spread(lanes, p, ints, key):
     gather(spread, p[SPREADS:], cell)
     for i in range(B):
         foot[i] = begin
-        spread[i] *= part
+        spread[i] *= scale
 
 
 class RayGeneration(CameraStages):
@@ -249,8 +249,8 @@ class RayGeneration(CameraStages):
         n = len(raster_xy)
         times = np.broadcast_to(checked_times(time), (n,))
         pupil_uv = self._stage_uv_of_raster(raster_xy, pupil_uv, dtype)
-        given = {X: raster_xy[:, 0], Y: raster_xy[:, 1], U0: pupil_uv[:, 0], U1: pupil_uv[:, 1], TIME: times}
-        out = Program(self.steps(wavelength, timed=True), dtype).run(given, [X, Y, Z, L, M, N, WEIGHT, TIME], n)
+        inputs = {X: raster_xy[:, 0], Y: raster_xy[:, 1], U0: pupil_uv[:, 0], U1: pupil_uv[:, 1], TIME: times}
+        out = Program(self.steps(wavelength, timed=True), dtype).run(inputs, [X, Y, Z, L, M, N, WEIGHT, TIME], n)
         return Rays(out[:3].T, out[3:6].T, out[6], self.shutter_open + out[7].astype(float))
 
     def _stage_uv_of_raster(self, raster_xy: np.ndarray, pupil_uv: np.ndarray, dtype) -> np.ndarray:
@@ -279,9 +279,9 @@ class RayGeneration(CameraStages):
         rays = self.generate_rays(raster_xy, pupil_uv, time, dtype, wavelength)
         raster = np.atleast_2d(np.asarray(raster_xy, float))
         uv = self._stage_uv_of_raster(raster, unit_table(pupil_uv, dtype), dtype)
-        given = {X: raster[:, 0], Y: raster[:, 1], U0: uv[:, 0], U1: uv[:, 1],
-                 TIME: np.broadcast_to(checked_times(time), (len(raster),))}
-        slopes = ray_slopes(self, given, dtype, wavelength, timed=True)
+        inputs = {X: raster[:, 0], Y: raster[:, 1], U0: uv[:, 0], U1: uv[:, 1],
+                  TIME: np.broadcast_to(checked_times(time), (len(raster),))}
+        slopes = ray_slopes(self, inputs, dtype, wavelength, timed=True)
         slopes = np.where(rays.weights[:, None] > 0.0, slopes, math.nan)
         dx, dy = (Differentials(slope[:, :3], slope[:, 3:]) for slope in slopes)
         return rays, dx, dy

@@ -311,11 +311,11 @@ class LensCamera(Camera):
             return None
         centred = Program(replace(self, film_pose=UPRIGHT).camera_steps(), np.float64)
         start = starting_points(centred, points, self.stage_centre, BEYOND * self._regions.reach)
-        found = self.film_pose.film_points(start, -self.gaussian.approach_film * start)
+        landed = self.film_pose.film_points(start, -self.gaussian.approach_film * start)
         farthest = self.film.diagonal / 2.0
         with np.errstate(invalid="ignore"):
-            shrunk = np.minimum(1.0, farthest / np.maximum(np.hypot(found[:, 0], found[:, 1]), 1e-30))
-        return np.asarray(found * shrunk[:, None])
+            shrunk = np.minimum(1.0, farthest / np.maximum(np.hypot(landed[:, 0], landed[:, 1]), 1e-30))
+        return np.asarray(landed * shrunk[:, None])
 
     def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
         """Importance of rays traced back to the film, which emits z² / normaliser evenly; see `Camera.film_importance`.

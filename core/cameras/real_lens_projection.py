@@ -45,7 +45,7 @@ class FilmRegions:
             return self._grids.at(wavelength)
         if self.pose.is_upright:
             return PupilTable.of(lens, distance, self.film.diagonal / 2.0, wavelength, widened=self.widened)
-        return PosedPupil.of(lambda place, radius: PupilTable.of(lens, place, radius, wavelength, self.widened),
+        return PosedPupil.of(lambda z, radius: PupilTable.of(lens, z, radius, wavelength, self.widened),
                              distance, lens.length + distance - first_order(lens, D_LINE).exit_pupil.z, self.pose,
                              self.pose.extent(self.film.width, self.film.height))
 
@@ -164,18 +164,18 @@ def solve_film_points(program: Program, points: np.ndarray, pupil_uv: np.ndarray
     """
     reach = BEYOND * film_radius
     film = starting_points(program, points, middle, reach) if start is None else start.copy()
-    axes, seen = _perpendicular_axes(points), np.zeros(len(points), bool)
+    axes, visible = _perpendicular_axes(points), np.zeros(len(points), bool)
     todo = np.nonzero(np.isfinite(film).all(1))[0]
     for again in range(RESTARTS + 1):
         if again:                                       # start on a spiral that fills the film
             angle, radius = again * math.pi * (3.0 - math.sqrt(5.0)), film_radius * math.sqrt(again / (RESTARTS + 1))
             film[todo] = radius * math.cos(angle), radius * math.sin(angle)
-        film[todo], seen[todo] = _newton(program, film[todo], points[todo], pupil_uv[todo], stage_uv, axes[todo],
-                                         film_radius)
+        film[todo], visible[todo] = _newton(program, film[todo], points[todo], pupil_uv[todo], stage_uv, axes[todo],
+                                            film_radius)
         todo = todo[np.isnan(film[todo, 0])]
         if not todo.size:
             break
-    return film, seen
+    return film, visible
 
 
 def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np.ndarray, stage_uv: StageUV,
@@ -186,10 +186,10 @@ def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np
     def miss(film, which):
         """Angles (m, 2) between rays and points (radians), and weights (m,), −1 where a ray runs away."""
         o, d, weight = _rays(program, film, stage_uv(film, pupil_uv[which]))
-        wanted = points[which] - o
+        towards = points[which] - o
         with np.errstate(invalid="ignore"):
-            wanted /= np.sqrt((wanted * wanted).sum(1))[:, None]
-            return (axes[which] @ (d - wanted)[..., None])[..., 0], np.where((d * wanted).sum(1) > 0.0, weight, -1.0)
+            towards /= np.sqrt((towards * towards).sum(1))[:, None]
+            return (axes[which] @ (d - towards)[..., None])[..., 0], np.where((d * towards).sum(1) > 0.0, weight, -1.0)
 
     n = len(film)
     best, weights, change = np.full(n, np.inf), np.zeros(n), np.zeros((n, 2))
@@ -217,14 +217,14 @@ def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np
         todo = todo[np.hypot(change[todo, 0], change[todo, 1]) > 1e-15 * film_radius]
         if not todo.size:
             break
-    found = (best < CONVERGED) & (weights >= 0.0)
-    return np.where(found[:, None], film, np.nan), found & (weights > 0.0)
+    converged = (best < CONVERGED) & (weights >= 0.0)
+    return np.where(converged[:, None], film, np.nan), converged & (weights > 0.0)
 
 
 def _rays(program: Program, film: np.ndarray, pupil_uv: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Origins (n, 3), directions (n, 3) and weights (n,) of the rays of film points."""
-    given = {X: film[:, 0], Y: film[:, 1], U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
-    out = program.run(given, [X, Y, Z, L, M, N, WEIGHT], len(film))
+    inputs = {X: film[:, 0], Y: film[:, 1], U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
+    out = program.run(inputs, [X, Y, Z, L, M, N, WEIGHT], len(film))
     return out[:3].T, out[3:6].T, out[6]
 
 
@@ -250,8 +250,8 @@ def starting_points(program: Program, points: np.ndarray, middle: tuple[float, f
     away = np.hypot(points[:, 0], points[:, 1])
     guess = np.full(len(points), np.nan)
     for first in range(0, len(points), 4096):           # a table of at most 4096 × RADII at a time
-        part = slice(first, first + 4096)
-        dx, dz = -away[part, None] - o[:, 0], points[part, None, 2] - o[:, 2]
+        chunk = slice(first, first + 4096)
+        dx, dz = -away[chunk, None] - o[:, 0], points[chunk, None, 2] - o[:, 2]
         with np.errstate(invalid="ignore"):
             side = np.arctan2(d[:, 0] * dz - d[:, 2] * dx, d[:, 0] * dx + d[:, 2] * dz)     # angle from ray to point
             near = np.abs(side)
@@ -263,6 +263,6 @@ def starting_points(program: Program, points: np.ndarray, middle: tuple[float, f
             share = np.where(low != high, low / (low - high), 0.0)
         near = np.where(near < 1.0, near, np.inf)
         least = np.where(np.isfinite(near.min(1)), radii[np.argmin(near, 1)], np.nan)
-        guess[part] = np.where(turns.any(1), radii[k] + share * (radii[1] - radii[0]), least)
+        guess[chunk] = np.where(turns.any(1), radii[k] + share * (radii[1] - radii[0]), least)
     with np.errstate(divide="ignore", invalid="ignore"):
         return -points[:, :2] * np.where(away > 0.0, guess / away, 0.0)[:, None]

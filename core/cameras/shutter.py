@@ -112,8 +112,8 @@ class PlacedShutter:
             return self.world_from_camera
         one = raster is None and np.ndim(time) == 0
         raster = film_centre(self.film, max(np.size(time), 1)) if raster is None else raster
-        given = {X: raster[:, 0], Y: raster[:, 1], TIME: np.broadcast_to(checked_times(time), (len(raster),))}
-        seconds = self.shutter_open + Program([self.clock], np.float64).run(given, [TIME], len(raster))[0]
+        inputs = {X: raster[:, 0], Y: raster[:, 1], TIME: np.broadcast_to(checked_times(time), (len(raster),))}
+        seconds = self.shutter_open + Program([self.clock], np.float64).run(inputs, [TIME], len(raster))[0]
         return self.world_from_camera_at(seconds[0] if one else seconds)
 
     @property

@@ -80,8 +80,8 @@ def held_lengths(lens: Lens, object_distance: float, wavelength: float, hold_bac
     position.
     """
     sections = [first_order(section, wavelength) for section in reversed(lens.sections)]
-    found = [sections[0].f_number, *(fo.efl for fo in sections if isfinite(fo.efl))]
-    return tuple([*found, image_distance(lens, object_distance, wavelength)] if hold_back_focus else found)
+    lengths = [sections[0].f_number, *(fo.efl for fo in sections if isfinite(fo.efl))]
+    return tuple([*lengths, image_distance(lens, object_distance, wavelength)] if hold_back_focus else lengths)
 
 
 def image_distance(lens: Lens, object_distance: float, wavelength: float) -> float:

@@ -157,24 +157,24 @@ class _Search:
         if self.cancelled():
             raise _CancelledError
         lens = self._lens(values)
-        found = None if lens is None else self.merit.residuals(lens)
-        return np.full(self._size, inf) if found is None else found
+        errors = None if lens is None else self.merit.residuals(lens)
+        return np.full(self._size, inf) if errors is None else errors
 
     def _slopes(self, values: np.ndarray) -> np.ndarray:
         return derivatives(self._residuals, values)
 
     def _try(self, values: np.ndarray) -> np.ndarray:
         """Residuals of a lens that the solver tries; one that is better, as it is judged, is a step."""
-        found = self._residuals(values)
+        errors = self._residuals(values)
         self._tried += 1
-        total, lens = float(found @ found), self._lens(values)
+        total, lens = float(errors @ errors), self._lens(values)
         if lens is not None and total < self._lowest:
             self._lowest, judgement = total, judge(lens, self.goal)
             if judgement.total < self.best.judgement.total and judgement.light > DARKEST * self.start.light:
                 focused = self.rules(with_best_focus(lens, self.goal, judgement))
                 self.best, self._best_values = Step(focused, judgement, self.best.number + 1), values.copy()
                 self.progress(self.best)
-        return found
+        return errors
 
 
 def ending(done: Improvement) -> str:
@@ -202,13 +202,13 @@ def variables(lens: Lens, vary: str) -> tuple[Cell, ...]:
 
 def derivatives(residuals: Callable[[np.ndarray], np.ndarray], values: np.ndarray) -> np.ndarray:
     """Derivatives of residuals by each number, (residuals, numbers): forward differences, else backward, else 0."""
-    here, columns = residuals(values), []
+    current, columns = residuals(values), []
     for step in STEP * np.eye(len(values)):
         for sign in (1.0, -1.0):
-            column = sign * (residuals(values + sign * step) - here) / STEP
+            column = sign * (residuals(values + sign * step) - current) / STEP
             if np.isfinite(column).all():
                 break
-        columns.append(column if np.isfinite(column).all() else np.zeros(len(here)))
+        columns.append(column if np.isfinite(column).all() else np.zeros(len(current)))
     return np.stack(columns, 1)
 
 
@@ -321,10 +321,10 @@ def around(glass: Glass, glasses: Sequence[Glass]) -> list[Glass]:
     def apart(one: Glass, other: Glass) -> float:
         return hypot((one.n_d - other.n_d) / FAR_N, ((one.v_d or 0.0) - (other.v_d or 0.0)) / FAR_V)
 
-    found: list[Glass] = []
-    for each in sorted((one for one in glasses if one.v_d), key=lambda one: apart(one, glass)):
-        if apart(each, glass) > SAME and all(apart(each, other) > SAME for other in found):
-            found.append(each)
-            if len(found) == TRIED:
+    nearest: list[Glass] = []
+    for candidate in sorted((one for one in glasses if one.v_d), key=lambda one: apart(one, glass)):
+        if apart(candidate, glass) > SAME and all(apart(candidate, other) > SAME for other in nearest):
+            nearest.append(candidate)
+            if len(nearest) == TRIED:
                 break
-    return found
+    return nearest

@@ -63,15 +63,15 @@ def judge(lens: Lens, goal: Goal) -> Judgement:
     if not all(used.sum(1).min() >= LEAST for used in merit.used):
         return dark
     parts = [merit.errors(lens, k) for k in range(len(goal.positions))]
-    if any(part is None for part in parts):
+    if any(one is None for one in parts):
         return dark
-    found = [part for part in parts if part is not None]
-    squares = [float(errors @ errors) for errors, _, _ in found]
+    lit = [one for one in parts if one is not None]
+    squares = [float(errors @ errors) for errors, _, _ in lit]
     penalties = merit.penalties(lens)
-    count = len(found)
-    return Judgement(sqrt(sum(squares)) / merit.scale, tuple(sqrt(count * each) / merit.scale for each in squares),
-                     sum(squares) + float(penalties @ penalties), tuple(film for _, film, _ in found),
-                     sum(light for _, _, light in found) / count)
+    count = len(lit)
+    return Judgement(sqrt(sum(squares)) / merit.scale, tuple(sqrt(count * square) / merit.scale for square in squares),
+                     sum(squares) + float(penalties @ penalties), tuple(film for _, film, _ in lit),
+                     sum(light for _, _, light in lit) / count)
 
 
 class Merit:
@@ -102,10 +102,10 @@ class Merit:
         """The residuals (mm, weighted), whose sum of squares is the merit; None where a ray is lost."""
         parts = []
         for k in range(len(self.goal.positions)):
-            found = self.errors(lens, k)
-            if found is None:
+            judged = self.errors(lens, k)
+            if judged is None:
                 return None
-            parts.append(found[0])
+            parts.append(judged[0])
         return np.concatenate([*parts, self.penalties(lens)])
 
     def include(self, lens: Lens) -> bool:
@@ -122,21 +122,21 @@ class Merit:
         Those of spots are the distances of the rays from the centre of their spot, over all colours of its field.
         """
         position, used, moved = self.goal.positions[k], self.used[k], self.goal.positions[k].of(lens)
-        at, areas, hit = self._aimed(moved, k, used)
+        aims, areas, hit = self._aimed(moved, k, used)
         if not hit[used].all():
             return None
         areas = np.where(used, areas, 0.0)
         light = areas.sum(1)
         fields = np.repeat(np.arange(len(used)), used.sum(1))
         ray_weights = (areas / np.where(light > 0.0, light, 1.0)[:, None])[used]
-        origins, directions = (values[used] for values in self._rays(k, at))
+        origins, directions = (values[used] for values in self._rays(k, aims))
         traced = []
         for wavelength in self.goal.wavelengths:
             one = _traced(moved, wavelength, origins, directions, isinf(position.object_distance))
             if one is None:
                 return None
             traced.append(one)
-        points, ways = (np.stack([one[part] for one in traced]) for part in (0, 1))
+        points, ways = (np.stack([one[quantity] for one in traced]) for quantity in (0, 1))
         slopes = ways[..., :2] / ways[..., 2:]
         shifts = points[..., :2] + (moved.length - points[..., 2:]) * slopes
         weights = np.array(self.goal.weights)[:, None] * ray_weights            # (colours, rays); 1 over a field
@@ -152,18 +152,18 @@ class Merit:
 
     def penalties(self, lens: Lens) -> np.ndarray:
         """Residuals (mm) of what is held and of what must not be thinner."""
-        found: list[float] = []
+        penalties: list[float] = []
         for position in self.goal.positions:
             moved = position.of(lens)
             now = held_lengths(moved, position.object_distance, self.goal.primary_wavelength,
                                self.goal.hold_back_focus) if position.held else ()
-            found += [100.0 * HELD * (value / target - 1.0) if isfinite(value) else 100.0 * HELD
-                      for value, target in zip(now, position.held, strict=False)]
+            penalties += [100.0 * HELD * (value / target - 1.0) if isfinite(value) else 100.0 * HELD
+                          for value, target in zip(now, position.held, strict=False)]
             for i, edge, centre in position.floors:
                 thickness = edge_thickness(moved.surfaces[i], moved.surfaces[i + 1])
-                found.append(THIN * max(0.0, edge - thickness) if isfinite(thickness) else THIN)
-                found.append(THIN * max(0.0, centre - moved.surfaces[i].thickness))
-        return np.array(found)
+                penalties.append(THIN * max(0.0, edge - thickness) if isfinite(thickness) else THIN)
+                penalties.append(THIN * max(0.0, centre - moved.surfaces[i].thickness))
+        return np.array(penalties)
 
     def _entries(self, lens: Lens, k: int) -> np.ndarray:
         """Where rays to the points of the stop cross the entrance pupil, (fields, rays, 2), as a first guess."""
@@ -174,10 +174,10 @@ class Merit:
         middles = chief.points[:, :2] + away[:, None] * chief.directions[:, :2]
         return np.asarray(middles[:, None] + self._points * _pupil_radius(lens, wavelength))
 
-    def _rays(self, k: int, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _rays(self, k: int, aims: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Origins and unit directions (..., fields, rays, 3) of rays that cross the entrance pupil at (..., 2)."""
         position, plane = self.goal.positions[k], self._planes[k]
-        through = np.concatenate([at, np.full((*at.shape[:-1], 1), plane)], -1)
+        through = np.concatenate([aims, np.full((*aims.shape[:-1], 1), plane)], -1)
         fields = np.array(position.fields)
         if isinf(position.object_distance):
             size = np.hypot(*fields.T)[:, None]
@@ -194,11 +194,11 @@ class Merit:
         """
         radius, wavelength = lens.stop.semi_diameter, self.goal.primary_wavelength
         front = surface_table(lens, wavelength).part(0, lens.stop_index + 1)
-        at, step = self._near[k], 1e-4 * abs(_pupil_radius(lens, wavelength))
+        aims, step = self._near[k], 1e-4 * abs(_pupil_radius(lens, wavelength))
         for n in range(AIMING + 1):
-            origins, ways = self._rays(k, np.stack([at, at + [step, 0.0], at + [0.0, step]]))
+            origins, ways = self._rays(k, np.stack([aims, aims + [step, 0.0], aims + [0.0, step]]))
             points, _, fate = trace_points(front, origins.reshape(-1, 3), ways.reshape(-1, 3), False)
-            hits = np.where((fate == 0)[:, None], points[:, :2], nan).reshape(3, *at.shape)
+            hits = np.where((fate == 0)[:, None], points[:, :2], nan).reshape(3, *aims.shape)
             by_x, by_y = (hits[1:] - hits[0]) / step
             missing = self._points * radius - hits[0]
             turn = by_x[..., 0] * by_y[..., 1] - by_x[..., 1] * by_y[..., 0]
@@ -208,16 +208,16 @@ class Merit:
             with np.errstate(all="ignore"):
                 move = np.stack([missing[..., 0] * by_y[..., 1] - missing[..., 1] * by_y[..., 0],
                                  missing[..., 1] * by_x[..., 0] - missing[..., 0] * by_x[..., 1]], -1) / turn[..., None]
-            at = at + np.where(np.isfinite(move), move, 0.0)
+            aims = aims + np.where(np.isfinite(move), move, 0.0)
         with np.errstate(all="ignore"):
             areas = pi * radius * radius * self._parts / np.abs(turn)
         hit = (off < MISSED * radius) & np.isfinite(areas)
-        return at, np.where(hit, areas, 0.0), hit
+        return aims, np.where(hit, areas, 0.0), hit
 
     def _passing(self, lens: Lens, k: int) -> np.ndarray:
         """Which rays pass the rims of a lens, (fields, rays)."""
-        at, _, hit = self._aimed(lens, k, None)
-        origins, ways = self._rays(k, at)
+        aims, _, hit = self._aimed(lens, k, None)
+        origins, ways = self._rays(k, aims)
         _, _, fate = trace_points(surface_table(lens, self.goal.primary_wavelength), origins[hit], ways[hit], True)
         passing = hit.copy()
         passing[hit] = fate == 0
@@ -230,16 +230,16 @@ class Merit:
         lengths = np.stack([one.lengths + one.medium * ((image - one.points) * one.directions).sum(1)
                             for one in traced])                                     # (colours, rays)
         ways = np.stack([one.directions for one in traced])
-        found = []
+        waves = []
         for field in np.unique(fields):
-            here, count = fields == field, len(traced)
-            share = shares[:, here]
-            free = np.zeros((count, int(here.sum()), count + 2))
+            of_field, count = fields == field, len(traced)
+            share = shares[:, of_field]
+            free = np.zeros((count, int(of_field.sum()), count + 2))
             free[range(count), :, range(count)] = share
-            free[..., count:] = share[..., None] * ways[:, here, :2]
-            basis, errors = free.reshape(-1, count + 2), (share * lengths[:, here]).ravel()
-            found.append(errors - basis @ np.linalg.lstsq(basis, errors, rcond=None)[0])
-        return np.concatenate(found)
+            free[..., count:] = share[..., None] * ways[:, of_field, :2]
+            basis, errors = free.reshape(-1, count + 2), (share * lengths[:, of_field]).ravel()
+            waves.append(errors - basis @ np.linalg.lstsq(basis, errors, rcond=None)[0])
+        return np.concatenate(waves)
 
 
 class _Traced(NamedTuple):

@@ -48,11 +48,11 @@ def goal_of(lens: Lens, image_height: float | None = None, aim: str = "spot", ho
         raise MeritError("decentred and tilted surfaces cannot be judged: set their decentres and tilts to 0")
     if image_height is not None and not 0.0 <= image_height < inf:
         raise MeritError(f"image height {significant(image_height)} mm: it must be a length from 0 mm")
-    given = conditions(lens, fields=None if image_height is None else 1)
+    design = conditions(lens, fields=None if image_height is None else 1)
     stated = image_height is None and bool(lens.system.fields)
-    judged = [finding.message for finding in given.findings if stated or not finding.message.startswith("fields")]
+    judged = [finding.message for finding in design.findings if stated or not finding.message.startswith("fields")]
     if not any(surface.glass.disperses for surface in lens.surfaces):       # all wavelengths take the same paths
-        given = replace(given, wavelengths=(given.primary_wavelength,), weights=(1.0,), primary=0)
+        design = replace(design, wavelengths=(design.primary_wavelength,), weights=(1.0,), primary=0)
     heights, weights = None, None
     if stated:
         weights = np.array([point.weight for point in lens.system.fields])
@@ -67,67 +67,69 @@ def goal_of(lens: Lens, image_height: float | None = None, aim: str = "spot", ho
     positions: list[Position] = []
     for position in _stations(lens):
         moved, distance = position.of(lens), position.object_distance
-        fo = first_order(moved, given.primary_wavelength)
+        fo = first_order(moved, design.primary_wavelength)
         if not 0.0 < fo.efl < inf:
             raise MeritError("the lens forms no image: it cannot be improved before it does")
         if not isfinite(fo.entrance_pupil.z):
             raise MeritError("the lens is telecentric towards the scene: it cannot be judged")
-        chief = _chief_rays(moved, replace(given, object_distance=distance), heights, left_out, position.words)
+        chief = _chief_rays(moved, replace(design, object_distance=distance), heights, left_out, position.words)
         heights = chief.images if heights is None else heights
         fields, shared = _fields(chief, distance, weights)
         positions.append(replace(
             position, fields=fields, weights=shared, floors=_floors(moved, edge, centre, varying=bool(positions)),
-            held=held_lengths(moved, distance, given.primary_wavelength, hold_back_focus)))
+            held=held_lengths(moved, distance, design.primary_wavelength, hold_back_focus)))
     if not stated and heights is not None:
         judged.insert(0, "fields: image heights " + ", ".join(dict.fromkeys(
             significant(hypot(x, y), 3) for x, y in heights)) + " mm")
     if len(positions) > 1:
         judged.insert(0, f"positions: {len(positions)}, of zoom and focus")
-    goal = Goal(tuple(positions), given.wavelengths, given.weights, given.primary, aim, hold_back_focus, tuple(judged))
+    goal = Goal(tuple(positions), design.wavelengths, design.weights, design.primary, aim, hold_back_focus,
+                tuple(judged))
     return replace(goal, positions=_lit(lens, goal, left_out), left_out=tuple(dict.fromkeys(left_out)))
 
 
 def _stations(lens: Lens) -> list[Position]:
     """The positions without their fields: all zoom stations, each at infinity and at the nearest focus."""
-    found: list[Position] = []
+    stations: list[Position] = []
     stated = lens.system.object_distances
     for i, zoom in enumerate(lens.positions.zoom_stations if lens.positions and lens.zooms else (None,)):
         distance = stated[min(i, len(stated) - 1)]
-        found.append(Position(zoom, 0.0 if lens.has_focus_groups else None, distance if 0.0 < distance < FAR else inf))
+        close = 0.0 if lens.has_focus_groups else None
+        stations.append(Position(zoom, close, distance if 0.0 < distance < FAR else inf))
         if lens.has_focus_groups:
             moved = lens.at(zoom=zoom)
             nearest = nearest_focus(moved)
             if nearest < FAR:
                 before = nearest - moved.at(close=1.0).length - film_distance(moved, nearest)
-                found.append(Position(zoom, 1.0, before))
-    return found
+                stations.append(Position(zoom, 1.0, before))
+    return stations
 
 
-def _chief_rays(lens: Lens, given: Conditions, heights: np.ndarray | None, left_out: list[str],
+def _chief_rays(lens: Lens, design: Conditions, heights: np.ndarray | None, left_out: list[str],
                 where: str) -> ChiefRays:
     """The chief rays of image heights (n, 2), or of the stated fields; those beyond the image circle from its edge."""
-    distance, wavelength = given.object_distance, given.primary_wavelength
+    distance, wavelength = design.object_distance, design.primary_wavelength
     film = image_distance(lens, distance, wavelength)
     if heights is None:
-        wanted, by_image = wanted_chief_rays(lens, given)
+        aims, by_image = wanted_chief_rays(lens, design)
     else:
-        wanted, by_image = heights, True
+        aims, by_image = heights, True
 
-    def find(wanted: np.ndarray) -> ChiefRays:
-        return find_chief_rays(lens, film, wanted, distance, by_image, wavelength)
+    def find(aims: np.ndarray) -> ChiefRays:
+        return find_chief_rays(lens, film, aims, distance, by_image, wavelength)
 
     def judged(chief: ChiefRays) -> np.ndarray:
         return np.hypot(*chief.angles.T) < WIDEST           # NaN is not
 
-    wanted = np.array(wanted, float)
+    aims = np.array(aims, float)
     unit, where = "mm" if by_image or not isinf(distance) else "rad", f" at {where}" if where else ""
-    for k in np.flatnonzero(~judged(find(wanted))):
-        nearer = wanted[k] * np.linspace(1.0, 0.0, HEIGHTS, endpoint=False)[:, None]
+    for k in np.flatnonzero(~judged(find(aims))):
+        nearer = aims[k] * np.linspace(1.0, 0.0, HEIGHTS, endpoint=False)[:, None]
         lit = np.flatnonzero(judged(find(nearer)))
-        before, wanted[k] = wanted[k].copy(), nearer[lit[0]] if lit.size else 0.0
-        left_out.append(f"Light ends at the field {significant(hypot(*wanted[k]), 3)} {unit}{where}: judged there, not "
+        before, aims[k] = aims[k].copy(), nearer[lit[0]] if lit.size else 0.0
+        left_out.append(f"Light ends at the field {significant(hypot(*aims[k]), 3)} {unit}{where}: judged there, not "
                         f"at {significant(hypot(*before), 3)} {unit}")
-    return find(wanted)
+    return find(aims)
 
 
 def _fields(chief: ChiefRays, distance: float,
@@ -146,9 +148,9 @@ def _fields(chief: ChiefRays, distance: float,
 
 def _lit(lens: Lens, goal: Goal, left_out: list[str]) -> tuple[Position, ...]:
     """The positions without the fields whose light does not arrive."""
-    found = []
-    few, many = Merit(lens, goal).used, Merit(lens, goal, DENSE).used
-    for position, *masks in zip(goal.positions, few, many, strict=True):
+    positions = []
+    few, dense = Merit(lens, goal).used, Merit(lens, goal, DENSE).used
+    for position, *masks in zip(goal.positions, few, dense, strict=True):
         lit = masks[0].any(1) & (masks[1].sum(1) >= LEAST)
         if not lit[0]:
             raise MeritError("hardly a ray passes this lens: open a clear aperture or move an element first")
@@ -160,15 +162,15 @@ def _lit(lens: Lens, goal: Goal, left_out: list[str]) -> tuple[Position, ...]:
             left_out.append(f"No light arrives from the field {said}{where}: not judged")
         weights = np.where(lit, position.weights, 0.0)
         weights = weights / weights.sum() if weights.any() else np.where(np.arange(len(lit)) == 0, 1.0, 0.0)
-        found.append(replace(position, fields=tuple(np.array(position.fields)[lit].tolist()),
-                             weights=tuple(weights[lit].tolist())))
-    return tuple(found)
+        positions.append(replace(position, fields=tuple(np.array(position.fields)[lit].tolist()),
+                                 weights=tuple(weights[lit].tolist())))
+    return tuple(positions)
 
 
 def _floors(lens: Lens, edge: float | None, centre: float | None,
             varying: bool) -> tuple[tuple[int, float, float], ...]:
     """Least edge and centre thickness of every gap, or of those alone that vary with the position."""
-    found = []
+    floors = []
     for i, (front, back) in enumerate(zip(lens.surfaces, lens.surfaces[1:], strict=False)):
         if varying and not (lens.positions and i in lens.positions.gaps):
             continue
@@ -176,6 +178,6 @@ def _floors(lens: Lens, edge: float | None, centre: float | None,
         now = edge_thickness(front, back)
         thin_edge = min(THINNEST_EDGE if glass else 0.0, now if isfinite(now) else inf)
         thin_centre = min(THINNEST_CENTRE if glass else 0.0, front.thickness)
-        found.append((i, edge if edge is not None and glass else thin_edge,
-                      centre if centre is not None and glass else thin_centre))
-    return tuple(found)
+        floors.append((i, edge if edge is not None and glass else thin_edge,
+                       centre if centre is not None and glass else thin_centre))
+    return tuple(floors)

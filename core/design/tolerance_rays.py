@@ -47,9 +47,9 @@ class Judge:
     def __init__(self, lens: Lens, film: Film | None, frequencies, wavelengths=None):
         if not lens.is_rotationally_symmetric:
             raise LensError(f"tolerances are computed for rotationally symmetric lenses: this one has {lens.asymmetry}")
-        given = conditions(lens, film, (0.0,), wavelengths, math.inf)
-        self.lens, self.wavelengths = lens, given.wavelengths
-        self.weights = np.array(given.weights) / sum(given.weights)
+        design = conditions(lens, film, (0.0,), wavelengths, math.inf)
+        self.lens, self.wavelengths = lens, design.wavelengths
+        self.weights = np.array(design.weights) / sum(design.weights)
         behind = film_distance(lens, math.inf)
         if not behind > 0.0:
             raise LensError("tolerances are judged on the film: the image of infinity lies "
@@ -60,12 +60,12 @@ class Judge:
         half = 0.5 * (film.diagonal if film is not None else math.hypot(width, height))
         self.height, rays = _rays(lens, behind, half)
         self.origins, self.directions, self.areas, self.fields = rays
-        self.image_heights = self._image_heights(given.primary_wavelength)
+        self.image_heights = self._image_heights(design.primary_wavelength)
         self.frequencies = np.asarray((10.0, 20.0, 30.0, 40.0, 60.0) if frequencies is None else frequencies, float)
         if not (self.frequencies.ndim == 1 and self.frequencies.size and np.isfinite(self.frequencies).all()
                 and (self.frequencies > 0.0).all()):
             raise LensError("frequencies must be positive numbers of cycles / mm")
-        u = np.minimum(1e-3 * given.wavelengths[given.primary] * fo.f_number * self.frequencies, 1.0)
+        u = np.minimum(1e-3 * design.wavelengths[design.primary] * fo.f_number * self.frequencies, 1.0)
         self.limits = 2.0 / math.pi * (np.arccos(u) - u * np.sqrt(1.0 - u * u))
         self.ends, self.kinds = bodies(lens), surface_table(lens).kinds
         self.diffraction: np.ndarray | float = 0.0      # the design's contrast less that of its spots
@@ -89,16 +89,16 @@ class Judge:
 
         paused = due()
 
-        def part(first: int) -> None:
+        def judge_chunk(first: int) -> None:
             pause(paused)
-            here = slice(first, first + CHUNK)
-            out = np.empty((len(tables[here]), len(self.wavelengths), len(self.origins), 4))
-            trace_copies(self.kinds, posed[here], tables[here], self.film_z, self.origins, self.directions, out)
-            judge_copies(out, self.fields, self.areas, self.weights, self.frequencies, self.limits, focus[here],
-                         spots[here], contrast[here])
+            chunk = slice(first, first + CHUNK)
+            out = np.empty((len(tables[chunk]), len(self.wavelengths), len(self.origins), 4))
+            trace_copies(self.kinds, posed[chunk], tables[chunk], self.film_z, self.origins, self.directions, out)
+            judge_copies(out, self.fields, self.areas, self.weights, self.frequencies, self.limits, focus[chunk],
+                         spots[chunk], contrast[chunk])
 
         with ThreadPoolExecutor(2) as pool:
-            list(pool.map(part, range(0, count, CHUNK)))
+            list(pool.map(judge_chunk, range(0, count, CHUNK)))
         lit = np.isfinite(spots)[..., None, None]
         return focus, spots, np.where(lit, np.clip(contrast + self.diffraction, 0.0, 1.0), 0.0)
 
@@ -108,8 +108,8 @@ def _rays(lens: Lens, behind: float, half: float) -> tuple[float, tuple[np.ndarr
 
     behind: last vertex → film, mm.
     """
-    for part in range(ROUNDS * TRIES):
-        height = half * TRIES ** -(part // TRIES) * (1.0 - part % TRIES / TRIES)
+    for trial in range(ROUNDS * TRIES):
+        height = half * TRIES ** -(trial // TRIES) * (1.0 - trial % TRIES / TRIES)
         chief = find_chief_rays(lens, behind, np.array([[0.0, share * height] for share in FIELDS]), by_image=True)
         beams: list[tuple[np.ndarray, ...]] = []
         for angle, share in reversed([*zip(chief.angles[:, 1].tolist(), FIELDS, strict=True)]):
@@ -139,22 +139,22 @@ def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]
         low[1], high[1] = low[1] - max(depth, 0.0), high[1] - min(depth, 0.0)
     before = (-lens.length - 2.0 * first) / direction[2]
 
-    def origins(at: np.ndarray) -> np.ndarray:
-        return np.column_stack([at, np.zeros(len(at))]) + direction * before
+    def origins(places: np.ndarray) -> np.ndarray:
+        return np.column_stack([places, np.zeros(len(places))]) + direction * before
 
-    def passes(at: np.ndarray) -> np.ndarray:
-        return np.asarray(trace(lens, origins(at), direction, forward=True).fate == Fate.PASSED)
+    def passes(places: np.ndarray) -> np.ndarray:
+        return np.asarray(trace(lens, origins(places), direction, forward=True).fate == Fate.PASSED)
 
     for least in (1, 20):                               # the beam of a fisheye fills little of its front
         x, y = np.meshgrid(*(np.linspace(a, b, WIDE) for a, b in zip(low, high, strict=True)))
-        at = np.stack([x.ravel(), y.ravel()], 1)
-        at = at[passes(at)]
-        if len(at) < least:
+        places = np.stack([x.ravel(), y.ravel()], 1)
+        places = places[passes(places)]
+        if len(places) < least:
             return None
         pitch = (high - low) / (WIDE - 1)
-        low, high = at.min(0) - 0.5 * pitch, at.max(0) + 0.5 * pitch
+        low, high = places.min(0) - 0.5 * pitch, places.max(0) + 0.5 * pitch
     turns = 2.0 * math.pi * (np.arange(ARMS) + 0.5) / ARMS
-    arms, middle = np.stack([np.cos(turns), np.sin(turns)], 1) * (high - low), at.mean(0)
+    arms, middle = np.stack([np.cos(turns), np.sin(turns)], 1) * (high - low), places.mean(0)
     inside, outside = np.zeros(ARMS), np.ones(ARMS)
     for _ in range(HALVINGS):
         between = 0.5 * (inside + outside)
@@ -163,8 +163,8 @@ def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]
     nodes, parts = np.polynomial.legendre.leggauss(RINGS)               # in the square of the radius
     reach = np.sqrt(0.5 + 0.5 * nodes)[:, None] * inside
     areas = (parts[:, None] * inside**2).ravel()
-    found = origins((middle + reach[..., None] * arms).reshape(-1, 2))
-    return found, np.repeat(direction[None], len(found), 0), areas / areas.sum()
+    starts = origins((middle + reach[..., None] * arms).reshape(-1, 2))
+    return starts, np.repeat(direction[None], len(starts), 0), areas / areas.sum()
 
 
 def built(judge: Judge, errors: list[tuple[str, int, float]], drawn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -174,13 +174,13 @@ def built(judge: Judge, errors: list[tuple[str, int, float]], drawn: np.ndarray)
     body = {int(first): k for k, (first, _) in enumerate(judge.ends)}
     change: dict[str, Callable[[np.ndarray, int, np.ndarray], None]] = {
         "radius": change_radius, "thickness": change_gap, "index": change_index}
-    seen: set[tuple[str, int]] = set()
+    tilted: set[tuple[str, int]] = set()
     for k, (kind, surface, _) in enumerate(errors):
         if kind in change:
             change[kind](tables, surface, drawn[:, k])
             continue
-        axis = (DX, AROUND_Y) if (kind, surface) in seen else (DY, AROUND_X)       # in the plane of the fields first
-        seen.add((kind, surface))
+        axis = (DX, AROUND_Y) if (kind, surface) in tilted else (DY, AROUND_X)       # in the plane of the fields first
+        tilted.add((kind, surface))
         poses[:, body[surface], axis[kind == "tilt"]] = drawn[:, k]
     return tables, set_poses(tables, judge.ends, poses)
 
@@ -192,14 +192,14 @@ POSE = 4
 
 def elements(lens: Lens) -> list[tuple[int, int]]:
     """First and last surface of each piece of glass, or cemented group, from the scene to the film."""
-    found, first = [], None
+    surfaces, first = [], None
     for i, surface in enumerate(lens.surfaces):
         if surface.glass.n_d > 1.0 and first is None:
             first = i
         elif surface.glass.n_d <= 1.0 and first is not None:
-            found.append((first, i))
+            surfaces.append((first, i))
             first = None
-    return found
+    return surfaces
 
 
 def bodies(lens: Lens) -> np.ndarray:
@@ -214,9 +214,9 @@ def copies_of(lens: Lens, wavelengths: tuple[float, ...], count: int) -> np.ndar
     return np.repeat(tables[None], count, 0)
 
 
-def change_radius(tables: np.ndarray, surface: int, part: np.ndarray) -> None:
+def change_radius(tables: np.ndarray, surface: int, share: np.ndarray) -> None:
     """Radii longer by a part (copies,) of themselves."""
-    tables[:, :, surface, CURVATURE] /= 1.0 + part[:, None]
+    tables[:, :, surface, CURVATURE] /= 1.0 + share[:, None]
 
 
 def change_gap(tables: np.ndarray, surface: int, length: np.ndarray) -> None:
@@ -316,11 +316,11 @@ def judge_copies(out, fields, areas, weights, frequencies, limits, focus, spots,
                     continue
                 f, w = fields[ray], weights[colour] * areas[ray]
                 for k in range(2):
-                    at = (out[copy, colour, ray, k] - mean[f, k]
-                          + t * (out[copy, colour, ray, k + 2] - mean[f, k + 2]))
-                    square[f] += w * at * at
+                    offset = (out[copy, colour, ray, k] - mean[f, k]
+                              + t * (out[copy, colour, ray, k + 2] - mean[f, k + 2]))
+                    square[f] += w * offset * offset
                     for j in range(frequencies.size):
-                        phase = 2.0 * math.pi * frequencies[j] * at
+                        phase = 2.0 * math.pi * frequencies[j] * offset
                         real[f, j, k] += w * math.cos(phase)
                         imaginary[f, j, k] += w * math.sin(phase)
         for f in range(count):
@@ -328,5 +328,5 @@ def judge_copies(out, fields, areas, weights, frequencies, limits, focus, spots,
             spots[copy, f] = math.sqrt(square[f] / total[f]) if lit else math.nan
             for j in range(frequencies.size):
                 for k in range(2):
-                    seen = math.hypot(real[f, j, k], imaginary[f, j, k]) / total[f] if lit else 0.0
-                    contrast[copy, f, j, k] = limits[j] * seen
+                    modulation = math.hypot(real[f, j, k], imaginary[f, j, k]) / total[f] if lit else 0.0
+                    contrast[copy, f, j, k] = limits[j] * modulation

@@ -109,17 +109,17 @@ class Production:
 
 def _errors(lens: Lens, within: Tolerances) -> list[tuple[str, int, float]]:
     """Kind, surface and tolerance of every error; decentre and tilt of an element once for each axis."""
-    found: list[tuple[str, int, float]] = []
+    errors: list[tuple[str, int, float]] = []
     before = lens.front_index
     for i, surface in enumerate(lens.surfaces):
         if surface.glass.n_d != before and surface.curvature != 0.0:
-            found.append(("radius", i, within.radius))
+            errors.append(("radius", i, within.radius))
         before = surface.glass.n_d
-    found += [("thickness", i, within.thickness) for i in range(len(lens.surfaces) - 1)]
-    found += [("index", i, within.index) for i, s in enumerate(lens.surfaces[:-1]) if s.glass.n_d > 1.0]
+    errors += [("thickness", i, within.thickness) for i in range(len(lens.surfaces) - 1)]
+    errors += [("index", i, within.index) for i, s in enumerate(lens.surfaces[:-1]) if s.glass.n_d > 1.0]
     for kind, tolerance in (("decentre", within.decentre), ("tilt", within.tilt)):
-        found += [(kind, first, tolerance) for first, _ in elements(lens) for _ in range(2)]
-    return [error for error in found if error[2] > 0.0]
+        errors += [(kind, first, tolerance) for first, _ in elements(lens) for _ in range(2)]
+    return [error for error in errors if error[2] > 0.0]
 
 
 def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances | None = None,
@@ -146,13 +146,13 @@ def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances |
         drawn[2 * k + 1, k], drawn[2 * k + 2, k] = tolerance, -tolerance
     _, spots, contrast = judge.judged(*built(judge, errors, drawn))
     middle = len(judge.frequencies) // 2
-    size, seen = spots.mean(1), contrast[:, :, middle].mean((1, 2))
-    found = []
+    size, contrasts = spots.mean(1), contrast[:, :, middle].mean((1, 2))
+    rows = []
     for k, (kind, surface, tolerance) in enumerate(errors):
         worse = max((2 * k + 1, 2 * k + 2), key=lambda row: (math.isnan(size[row]), size[row]))
-        found.append(Sensitivity(kind, surface, tolerance, float(size[worse] - size[0]),
-                                 float(seen[worse] - seen[0])))
-    return tuple(sorted(found, key=lambda each: -each.spot if each.spot == each.spot else -math.inf))
+        rows.append(Sensitivity(kind, surface, tolerance, float(size[worse] - size[0]),
+                                float(contrasts[worse] - contrasts[0])))
+    return tuple(sorted(rows, key=lambda row: -row.spot if row.spot == row.spot else -math.inf))
 
 
 def production(lens: Lens, film: Film | None = None, tolerances: Tolerances | None = None, copies: int = 1000,
@@ -177,8 +177,8 @@ def production(lens: Lens, film: Film | None = None, tolerances: Tolerances | No
         drawn[beyond] = random.standard_normal(int(beyond.sum()))
     drawn *= 0.5 * np.array([tolerance for _, _, tolerance in errors])
     design, spots, contrast = judge.judged(*built(judge, errors, np.zeros((1, len(errors)))))
-    focus, made, seen = judge.judged(*built(judge, errors, drawn))
-    return Production(judge.image_heights, judge.frequencies, contrast[0], seen, spots[0],
+    focus, made, contrasts = judge.judged(*built(judge, errors, drawn))
+    return Production(judge.image_heights, judge.frequencies, contrast[0], contrasts, spots[0],
                       made, judge.film_z + float(design[0]), judge.film_z + focus, drawn,
                       tuple((kind, surface) for kind, surface, _ in errors))
 
@@ -206,13 +206,13 @@ def manufactured(lens: Lens, run: Production, copy: int) -> Lens:
     surfaces, last = list(lens.surfaces), dict(elements(lens))
     poses: dict[int, dict[str, list[float]]] = {}
     for (kind, i), error in zip(run.names, run.drawn[copy].tolist(), strict=True):
-        here = surfaces[i]
+        old = surfaces[i]
         if kind == "radius":
-            surfaces[i] = replace(here, curvature=here.curvature / (1.0 + error))
+            surfaces[i] = replace(old, curvature=old.curvature / (1.0 + error))
         elif kind == "thickness":
-            surfaces[i] = replace(here, thickness=here.thickness + error)
+            surfaces[i] = replace(old, thickness=old.thickness + error)
         elif kind == "index":
-            surfaces[i] = replace(here, glass=_changed(here.glass, error))
+            surfaces[i] = replace(old, glass=_changed(old.glass, error))
         else:
             poses.setdefault(i, {}).setdefault(kind, []).append(error)
     for first, errors in poses.items():
@@ -256,32 +256,32 @@ def star_pictures(lens: Lens, run: Production, copies: Sequence[int], film: Film
     """
     judge = Judge(lens, film, None, wavelengths)
     width = 2.0 * judge.height / PART
-    seen = [_points(judge, lens, run.nominal_film)]
-    seen += [_points(judge, manufactured(lens, run, copy), run.film[copy]) for copy in copies]
+    beams = [_points(judge, lens, run.nominal_film)]
+    beams += [_points(judge, manufactured(lens, run, copy), run.film[copy]) for copy in copies]
     fine, star = width / (SIDE * FINE), np.fft.rfft2(_star(2 * SIDE * FINE))
-    pictures = np.empty((len(seen), len(run.fields), SIDE, SIDE))
-    for row, points in enumerate(seen):
+    pictures = np.empty((len(beams), len(run.fields), SIDE, SIDE))
+    for row, points in enumerate(beams):
         for field in range(len(run.fields)):
-            here = judge.fields == field
-            weights = np.outer(judge.weights, judge.areas[here]).ravel()
-            pictures[row, field] = _folded(star, points[:, here].reshape(-1, 2), weights, fine)
+            of_field = judge.fields == field
+            weights = np.outer(judge.weights, judge.areas[of_field]).ravel()
+            pictures[row, field] = _folded(star, points[:, of_field].reshape(-1, 2), weights, fine)
     return pictures, width
 
 
 def _points(judge: Judge, lens: Lens, film_z: float) -> np.ndarray:
     """Where the rays of a run land (wavelengths, rays, 2), mm."""
-    found = []
+    points = []
     for wavelength in judge.wavelengths:
         rays = trace(lens, judge.origins, judge.directions, wavelength, clip=False, forward=True)
         away = (film_z - rays.points[:, 2:]) / rays.directions[:, 2:]
-        found.append(rays.points[:, :2] + away * rays.directions[:, :2])
-    return np.array(found)
+        points.append(rays.points[:, :2] + away * rays.directions[:, :2])
+    return np.array(points)
 
 
 def _star(side: int) -> np.ndarray:
     """A star (side, side) of 0 and 1 about the middle."""
-    at = np.arange(side) - 0.5 * (side - 1)
-    return (np.floor(np.arctan2(at[:, None], at[None]) * (PAIRS / np.pi)) % 2.0).astype(float)
+    offsets = np.arange(side) - 0.5 * (side - 1)
+    return (np.floor(np.arctan2(offsets[:, None], offsets[None]) * (PAIRS / np.pi)) % 2.0).astype(float)
 
 
 def _folded(star: np.ndarray, points: np.ndarray, weights: np.ndarray, fine: float) -> np.ndarray:
@@ -293,8 +293,8 @@ def _folded(star: np.ndarray, points: np.ndarray, weights: np.ndarray, fine: flo
     low = np.floor(places).astype(int)
     (fx, fy), spot = (places - low).T, np.zeros((side, side))
     for dx, dy in ((0, 0), (1, 0), (0, 1), (1, 1)):
-        part = np.where(dx, fx, 1.0 - fx) * np.where(dy, fy, 1.0 - fy)
-        np.add.at(spot, ((low[:, 1] + dy) % side, (low[:, 0] + dx) % side), weights * part)
+        shares = np.where(dx, fx, 1.0 - fx) * np.where(dy, fy, 1.0 - fy)
+        np.add.at(spot, ((low[:, 1] + dy) % side, (low[:, 0] + dx) % side), weights * shares)
     picture = np.fft.irfft2(star * np.fft.rfft2(spot), (side, side))
     edge = SIDE * FINE // 2
     middle = picture[edge:side - edge, edge:side - edge]

@@ -83,10 +83,10 @@ def _solve_normal_equations(moments, right, n):
         across[s, 2 * k], across[k + s, 2 * k], plain[s, k] = right[0, s], right[1, s], right[2, s]
     _cholesky(across)
     _cholesky(plain)
-    found = np.empty((3, k))
+    coefficients = np.empty((3, k))
     for s in range(k):
-        found[0, s], found[1, s], found[2, s] = across[s, 2 * k], across[k + s, 2 * k], plain[s, k]
-    return found
+        coefficients[0, s], coefficients[1, s], coefficients[2, s] = across[s, 2 * k], across[k + s, 2 * k], plain[s, k]
+    return coefficients
 
 
 @njit(cache=True, error_model="numpy", nogil=True, fastmath=_FAST)

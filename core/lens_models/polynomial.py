@@ -48,12 +48,12 @@ def _of_two(q, k, b, c, n, real):
     """Terms of one power of a: all monomials in b and c up to the degree n, by Horner's rule."""
     total = real(0)
     for j in range(n + 1):
-        part = q[k]
+        inner = q[k]
         k += 1
         for _ in range(j):
-            part = part * c + q[k]
+            inner = inner * c + q[k]
             k += 1
-        total = total * b + part
+        total = total * b + inner
     return total
 
 
@@ -77,10 +77,10 @@ def polynomial(lanes, p, ints, key):
         a[i], b[i], c[i] = ux * ux + uy * uy, vx * vx + vy * vy, ux * vx + uy * vy
     # Polynomials F, G and H of the direction, then P, Q and R of the position: a loop for each power of a, whose
     # coefficients are so few that they stay in registers
-    at = COEFFICIENTS
+    first = COEFFICIENTS
     for k in range(6):
         n = ints[DIRECTION_DEGREE] if k < 3 else ints[POSITION_DEGREE]
-        q = p[at:]
+        q = p[first:]
         for i in range(B):
             total[i] = q[0] * a[i] + _of_two(q, 1, b[i], c[i], 1, real)
         if n >= 2:
@@ -98,7 +98,7 @@ def polynomial(lanes, p, ints, key):
         value = row[A4 + k]
         for i in range(B):
             value[i] = total[i]
-        at += (n + 1) * (n + 2) * (n + 3) // 6
+        first += (n + 1) * (n + 2) * (n + 3) // 6
     for i in range(B):
         # Position (P u + Q v, R), and direction from there to objects in focus
         ux, uy = x[i] * scale, y[i] * scale
@@ -168,15 +168,15 @@ class Polynomial:
             raise LensError("too little light passes this lens for a polynomial to be fitted: open the stop")
         towards, points = fit_vector_fields(abc, weights, fields, n, low)
 
-        there, here = evaluate_polynomials(abc, towards, n), evaluate_polynomials(abc, points, low)
-        if not _holds(film, table.radius, v, there, here, nearness):
+        directions, positions = evaluate_polynomials(abc, towards, n), evaluate_polynomials(abc, points, low)
+        if not _holds(film, table.radius, v, directions, positions, nearness):
             raise LensError(f"no polynomial of degree {degree} fits this lens on this film: choose another degree, "
                             "a smaller film or the full trace")
 
         # Measure the error on the rays that were held out
-        held = slice(len(shares), None)
-        rms, worst = _errors(film, lines, v, table.radius, np.ascontiguousarray(there[:, held]),
-                             np.ascontiguousarray(here[:, held]), nearness, len(shares))
+        held_out = slice(len(shares), None)
+        rms, worst = _errors(film, lines, v, table.radius, np.ascontiguousarray(directions[:, held_out]),
+                             np.ascontiguousarray(positions[:, held_out]), nearness, len(shares))
         scale = _film_scale(lens, fo, nearness, centre)
         p = np.empty(COEFFICIENTS + towards.size + points.size)
         p[DISTANCE_SHARE], p[DRIFT_SHARE] = -film_distance / reach, (1.0 - drift) / reach
@@ -201,7 +201,7 @@ def _sample_places(n: int) -> tuple[np.ndarray, np.ndarray]:
     grid = np.meshgrid(np.sin(np.linspace(0.0, 0.5 * math.pi, 2 * n + 3)),
                        np.sin(0.5 * math.pi * np.arange(1, n + 2) / (n + 1)),
                        (np.arange(n + 3) + 0.5) / (n + 3), indexing="ij")
-    r, reach, turn = (each.ravel() for each in grid)
+    r, reach, turn = (share.ravel() for share in grid)
     shares = r * reach * np.sqrt(np.maximum((1.0 - r * r) * (1.0 - reach * reach), 0.0))
     k = np.arange(HELD_OUT)
     judges = np.stack([np.sqrt((k + 0.5) / HELD_OUT), np.sqrt(k * SPREAD[0] % 1.0), k * SPREAD[1] % 1.0])
@@ -229,18 +229,18 @@ def _aim_rays(outline, course, offsets, radius, end, scale, radii, reach, turn):
         aim[0, q] += middle
     above, below = 0.0, 0.0
     for q in range(DRIFT_POINTS):
-        at = radius * q / (DRIFT_POINTS - 1)
-        above += _middle(at, course, offsets, end, scale)[2] * at
-        below += at * at
+        height = radius * q / (DRIFT_POINTS - 1)
+        above += _middle(height, course, offsets, end, scale)[2] * height
+        below += height * height
     return film, aim, above / below
 
 
 @njit(inline="always")
 def _middle(r, course, offsets, end, scale):
     """Inner ring of a film radius in the table, the share of the next ring, and the region's centre there."""
-    place = (1.0 - math.sqrt(max(1.0 - r / end, 0.0))) * scale
-    ring = min(int(place), offsets.size - 2)
-    f, t = place - ring, (r / end) ** 2
+    ring_number = (1.0 - math.sqrt(max(1.0 - r / end, 0.0))) * scale
+    ring = min(int(ring_number), offsets.size - 2)
+    f, t = ring_number - ring, (r / end) ** 2
     middle = r * (course[0] + t * (course[1] + t * course[2]))
     return ring, f, middle + offsets[ring] * (1.0 - f) + offsets[ring + 1] * f
 
@@ -249,9 +249,9 @@ def _trace_rays(lens: Lens, film_distance: float, film: np.ndarray, aim: np.ndar
     """Rays (7, n) in front of the lens: X … N in the camera frame, and CLEARANCE."""
     x, y = aim[0] - film, aim[1]
     size = 1.0 / np.sqrt(x * x + y * y + film_distance**2)
-    given = {X: film, L: x * size, M: y * size, N: -film_distance * size}
+    inputs = {X: film, L: x * size, M: y * size, N: -film_distance * size}
     return Program(trace_steps(lens, film_distance, wavelength, blades=False), np.float64).run(
-        given, [X, Y, Z, L, M, N, CLEARANCE], len(film))
+        inputs, [X, Y, Z, L, M, N, CLEARANCE], len(film))
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -287,38 +287,38 @@ def _fit_data(film, aim, lines, shares, radius, drift, eye, nearness):
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _errors(film, lines, v, radius, there, here, nearness, first):
+def _errors(film, lines, v, radius, directions, positions, nearness, first):
     """Error (rms and worst, radians) of the rays from `first` on, for objects in focus and at infinity.
 
-    there, here: values (3, …) of the polynomials for those rays, for directions to objects in focus and for positions.
+    directions, positions: values (3, …) of the polynomials for those rays: towards objects in focus, and of origins.
     """
-    total, worst, seen = 0.0, 0.0, 0
+    total, worst, count = 0.0, 0.0, 0
     for r in range(first, film.size):
         if lines[6, r] <= 1.0:
             q, u, vx, vy = r - first, film[r] / radius, v[0, r], v[1, r]
-            px, py, pz = here[0, q] * u + here[1, q] * vx, here[1, q] * vy, here[2, q]
-            dx, dy = there[0, q] * u + there[1, q] * vx - nearness * px, there[1, q] * vy - nearness * py
-            dz = there[2, q] - nearness * pz
+            px, py, pz = positions[0, q] * u + positions[1, q] * vx, positions[1, q] * vy, positions[2, q]
+            dx, dy = directions[0, q] * u + directions[1, q] * vx - nearness * px, directions[1, q] * vy - nearness * py
+            dz = directions[2, q] - nearness * pz
             size = math.sqrt(dx * dx + dy * dy + dz * dz)
             dx, dy, dz = dx / size - lines[3, r], dy / size - lines[4, r], dz / size - lines[5, r]
             far = dx * dx + dy * dy + dz * dz
             dx, dy = dx + nearness * (px - lines[0, r]), dy + nearness * (py - lines[1, r])
             dz += nearness * (pz - lines[2, r])
             square = max(dx * dx + dy * dy + dz * dz, far)
-            total, worst, seen = total + square, max(worst, square), seen + 1
-    return (math.sqrt(total / seen), math.sqrt(worst)) if seen else (math.inf, math.inf)
+            total, worst, count = total + square, max(worst, square), count + 1
+    return (math.sqrt(total / count), math.sqrt(worst)) if count else (math.inf, math.inf)
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _holds(film, radius, v, there, here, nearness):
+def _holds(film, radius, v, directions, positions, nearness):
     """Whether the fitted directions are unit vectors but for OFF, which the stage normalises; arguments as for
     `_errors`.
     """
     for r in range(film.size):
         u, vx, vy = film[r] / radius, v[0, r], v[1, r]
-        dx = there[0, r] * u + there[1, r] * vx - nearness * (here[0, r] * u + here[1, r] * vx)
-        dy = (there[1, r] - nearness * here[1, r]) * vy
-        dz = there[2, r] - nearness * here[2, r]
+        dx = directions[0, r] * u + directions[1, r] * vx - nearness * (positions[0, r] * u + positions[1, r] * vx)
+        dy = (directions[1, r] - nearness * positions[1, r]) * vy
+        dz = directions[2, r] - nearness * positions[2, r]
         if not abs(math.sqrt(dx * dx + dy * dy + dz * dz) - 1.0) <= OFF:
             return False
     return True

@@ -108,7 +108,7 @@ class Records(NamedTuple):
 
 
 def surface_records(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
-                    part: slice = slice(None)) -> Records:
+                    which: slice = slice(None)) -> Records:
     """The surfaces of a lens as the stages of the block tracer read them; the arguments are those of `surface_steps`.
 
     Tilted or decentred surfaces that move as one are met in their common frame.
@@ -118,7 +118,7 @@ def surface_records(lens: Lens, film_distance: float, wavelength: float = D_LINE
     sign = -1.0 if sceneward else 1.0
     mirror = np.array([1.0, 1.0, sign])
     end, frame = 0.0, IN_LINE
-    found: list[SurfaceRecord] = []
+    records: list[SurfaceRecord] = []
 
     def move_to(other) -> np.ndarray | None:
         """Change the frame; the last vertex met stays the origin of z, which runs with the light."""
@@ -130,7 +130,7 @@ def surface_records(lens: Lens, film_distance: float, wavelength: float = D_LINE
         shift = mirror * (moved.shift + z * (moved.rotation[:, 2] - [0.0, 0.0, 1.0]))
         return np.concatenate([(mirror[:, None] * moved.rotation * mirror).ravel(), shift])
 
-    for i in (range(len(vertices) - 1, -1, -1) if sceneward else range(len(vertices)))[part]:
+    for i in (range(len(vertices) - 1, -1, -1) if sceneward else range(len(vertices)))[which]:
         surface = lens.surfaces[i]
         kind, numbers = surface.shape
         before, after = (indices[i + 1], indices[i]) if sceneward else (indices[i], indices[i + 1])
@@ -143,20 +143,20 @@ def surface_records(lens: Lens, film_distance: float, wavelength: float = D_LINE
             fields[LEAST] = -np.inf
         elif posed is not None and posed.rotation[2, 2] < 1.0:      # tilted: N is not that along the axis of the lens
             fields[LEAST], axis = -np.inf, sign * mirror * IN_LINE.into(posed).rotation[:, 2]
-        found.append(SurfaceRecord(i, run.stage, pack(run.length, fields), move_to(posed or IN_LINE), axis))
+        records.append(SurfaceRecord(i, run.stage, pack(run.length, fields), move_to(posed or IN_LINE), axis))
         end = z
-    return Records(found, move_to(IN_LINE), sign, end)
+    return Records(records, move_to(IN_LINE), sign, end)
 
 
 def surface_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",
-                  part: slice = slice(None), at_stop: Sequence[Step] = ()) -> list[Step]:
+                  which: slice = slice(None), at_stop: Sequence[Step] = ()) -> list[Step]:
     """Steps that trace the surfaces of a lens, with a circular stop.
 
     film_distance: last vertex → film (mm). wavelength: µm. towards: "scene" (from the film), or "film" (from the
-    scene). part: of the surfaces in that order. at_stop: steps behind the stop, in its frame. A ray ends on the last
+    scene). which: of the surfaces in that order. at_stop: steps behind the stop, in its frame. A ray ends on the last
     surface. Between two parts, and in front of the lens, a direction has the length of the index there.
     """
-    records = surface_records(lens, film_distance, wavelength, towards, part)
+    records = surface_records(lens, film_distance, wavelength, towards, which)
     steps = [Step(enter_lens, [records.sign])]
     run: list[SurfaceRecord] = []                       # of one kind, in one frame
 

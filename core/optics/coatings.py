@@ -158,10 +158,10 @@ class Coating:
             CoatingError: A cosine outside 0 to 1 by more than rounding.
         """
         low, high = min(before, after), max(before, after)
-        given = np.asarray(cosine, float)
-        if not ((given >= -1e-9) & (given <= 1.0 + 1e-9)).all():
+        cosines = np.asarray(cosine, float)
+        if not ((cosines >= -1e-9) & (cosines <= 1.0 + 1e-9)).all():
             raise CoatingError("the cosine of an angle of incidence must lie between 0 and 1")
-        tangential = before * np.sqrt(np.maximum(1.0 - given * given, 0.0))         # n sin I, the same in every layer
+        tangential = before * np.sqrt(np.maximum(1.0 - cosines * cosines, 0.0))     # n sin I, the same in every layer
         with np.errstate(invalid="ignore", divide="ignore"):
             total = tangential >= low
             inner = np.where(total, 1.0, np.sqrt(np.maximum(1.0 - (tangential / low) ** 2, 0.0)))
@@ -185,7 +185,7 @@ class Coating:
         first = self.layers[0].n if self.layers else None
         stack = [((first or 1.0) * (high / low) ** 0.5 if index is None else index, waves)
                  for index, waves in self.layers]
-        found = []
+        reflectances = []
         for admittance in (lambda n, c: n * c, lambda n, c: n / c):
             field, flow = np.ones_like(tangential, complex), admittance(high, cosine(high))
             for index, waves in reversed(stack):
@@ -195,8 +195,8 @@ class Coating:
                 c, s = np.cos(phase), np.sin(phase)
                 field, flow = c * field + 1j * s / eta * flow, 1j * eta * s * field + c * flow
             outer = admittance(low, cosine(low))
-            found.append(np.abs((outer * field - flow) / (outer * field + flow)) ** 2)
-        return found[0], found[1]
+            reflectances.append(np.abs((outer * field - flow) / (outer * field + flow)) ** 2)
+        return reflectances[0], reflectances[1]
 
 
 BARE = Coating()

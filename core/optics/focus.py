@@ -84,7 +84,7 @@ def best_focus(lens: Lens, wavelengths: Sequence[float] = (D_LINE,), weights: Se
     """
     shares = np.ones(len(wavelengths)) if weights is None else np.asarray(weights, float)
     traced = [pupil_rays(lens, np.array([1.0 / object_distance]), wavelength) for wavelength in wavelengths]
-    places, slopes = (np.concatenate([one[part][0] for one in traced]) for part in (0, 1))
+    places, slopes = (np.concatenate([one[quantity][0] for one in traced]) for quantity in (0, 1))
     rays = np.concatenate([share * one[2][0] for share, one in zip(shares / shares.sum(), traced, strict=True)])
     if not lens.is_centred:                             # the spot lies beside the axis: its blur is about its centroid
         places, slopes = places - rays @ places, slopes - rays @ slopes
@@ -120,8 +120,8 @@ def _focused(lens: Lens, focus_distance: float, method: str) -> Lens:
         return film - _imager(moved, method)(1.0 / (focus_distance - moved.length - film))
 
     small = ROUNDING * (at_infinity.length + lens.surfaces[-1].thickness)
-    here = lens.positions.close if lens.positions else 0.0
-    if here and abs(excess(here)) <= small:         # the current position is right
+    current = lens.positions.close if lens.positions else 0.0
+    if current and abs(excess(current)) <= small:         # the current position is right
         return lens.at()
     if not excess(1.0) > 0.0:                       # the nearest distance
         return lens.at(close=1.0)
@@ -236,10 +236,10 @@ def _object_of(lens: Lens, film_distance: float, image: Callable[[float], float]
     # An object nearer than the front focus has a virtual image or, of real rays, none: bracket from afar
     high, beyond = FAR_NEARNESS / _focusable(lens).efl, inf
     for _ in range(MOST_STEPS):
-        found = image(high)
-        if found >= film_distance:
+        behind = image(high)
+        if behind >= film_distance:
             break
-        if not found >= rear_focus:
+        if not behind >= rear_focus:
             beyond = high
             high *= 0.5
         else:
@@ -290,8 +290,8 @@ def _axial_ray(lens: Lens) -> Callable[[float], tuple[float, float, float]]:
 
 def _converging(lens: Lens) -> list[int]:
     """The sections that converge; all, where none does: one that only diverges does not count."""
-    found = [k for k, section in enumerate(lens.sections) if 0.0 < first_order(section, D_LINE).efl < inf]
-    return found if found and len(lens.sections) > 1 else list(range(len(lens.sections)))
+    converging = [k for k, section in enumerate(lens.sections) if 0.0 < first_order(section, D_LINE).efl < inf]
+    return converging if converging and len(lens.sections) > 1 else list(range(len(lens.sections)))
 
 
 def sharpest(heights: np.ndarray, slopes: np.ndarray, weights: np.ndarray) -> float:

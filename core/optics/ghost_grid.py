@@ -39,8 +39,8 @@ def pair_boxes(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pair: 
         if not work:
             break
         box, depth = work.pop(0)
-        found = entrance_grid(tracer, lanes, light, pair, box, cells, reflecting=False)
-        distance = np.sqrt(np.where(np.isfinite(found[5]), found[5], np.inf)).reshape(cells + 1, cells + 1)
+        landed = entrance_grid(tracer, lanes, light, pair, box, cells, reflecting=False)
+        distance = np.sqrt(np.where(np.isfinite(landed[5]), landed[5], np.inf)).reshape(cells + 1, cells + 1)
         if depth == 0 and cells == SCAN and np.count_nonzero(np.isfinite(distance)) < FEW * distance.size:
             work, cells = [(whole, 0)], CLOSE_SCAN
             continue
@@ -137,9 +137,9 @@ def entrance_grid(tracer: GhostTracer, lanes: np.ndarray, light: np.ndarray, pai
     shift: of the grid, in cells. A ray carries the area of a cell (mm²), for a near light times cos³ of its obliquity.
     """
     rays = grid_rays(tracer, light, box, cells, shift)
-    found = np.empty((6, rays.shape[1]), tracer.real)
-    tracer.trace(lanes, pair, rays, found, reflecting)
-    return found
+    landed = np.empty((6, rays.shape[1]), tracer.real)
+    tracer.trace(lanes, pair, rays, landed, reflecting)
+    return landed
 
 
 @lru_cache(maxsize=256)

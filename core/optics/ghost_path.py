@@ -65,8 +65,8 @@ def pair_share(lens: Lens, pair: Pair, wavelength: float = D_LINE, coating: str 
     """Product of the reflectances of a pair, or of DIRECT, and of all transmittances on its way, on the axis."""
     reflected, passed = _on_axis(lens, wavelength, coating), 1.0
     for i, _, mirror in ghost_order(len(lens.surfaces), pair):
-        part = reflected[i]
-        passed *= part if mirror else 1.0 - part
+        reflectance = reflected[i]
+        passed *= reflectance if mirror else 1.0 - reflectance
     return passed
 
 
@@ -132,16 +132,17 @@ class Meetings:
         normal = [c / length for c in change]
         cosine = sum(a * b for a, b in zip(direction, normal, strict=True))
         mirrored = [a - 2.0 * cosine * b for a, b in zip(direction, normal, strict=True)]
-        part = float(self._coatings[i].reflectance(before, after, min(cosine, 1.0), self._wavelength).mean)
+        reflectance = float(self._coatings[i].reflectance(before, after, min(cosine, 1.0), self._wavelength).mean)
         total = fate == TOTAL_REFLECTION
-        return Meeting(tuple(hit), None if total else (dx, dy, dz), tuple(mirrored), 1.0 if total else part, PASSED)
+        return Meeting(tuple(hit), None if total else (dx, dy, dz), tuple(mirrored), 1.0 if total else reflectance,
+                       PASSED)
 
     def _passes_iris(self, hit) -> bool:
         lens = self._lens
         if lens.iris.is_round:
             return True
-        at = lens.in_frame_of(lens.stop_index, np.array([hit])) / lens.stop.semi_diameter
-        return bool(lens.iris.contains(at[:, 0], at[:, 1])[0])
+        on_stop = lens.in_frame_of(lens.stop_index, np.array([hit])) / lens.stop.semi_diameter
+        return bool(lens.iris.contains(on_stop[:, 0], on_stop[:, 1])[0])
 
 
 def ghost_path(lens: Lens, pair: Pair, origin, direction, wavelength: float = D_LINE,

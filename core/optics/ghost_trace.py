@@ -69,7 +69,7 @@ class GhostTracer:
         axes = np.full((2, len(forward), 3), np.nan, real)
         numbers: list[np.ndarray] = []
         starts = np.empty((2, len(forward), 2), np.int64)
-        at = 0
+        n_codes = 0
         for way, records in ((FORWARD, forward), (BACKWARD, backward)):
             for i, move in enumerate([*(record.move for record in records), to_film.move]):
                 if move is not None:
@@ -80,9 +80,9 @@ class GhostTracer:
                 mirror = record.numbers.copy()
                 mirror[STEP] = (DENSER * DENSER - 1.0) / mirror[SLOWNESS]
                 for k, own in enumerate((record.numbers, mirror)):
-                    starts[way, i, k] = at
+                    starts[way, i, k] = n_codes
                     numbers.append(own.astype(real))
-                    at += len(own)
+                    n_codes += len(own)
         blades = lens.iris.blocking(lens.stop.semi_diameter)
         n = np.array(lens.indices(wavelength))
         self.code = GhostCode(
@@ -98,12 +98,12 @@ class GhostTracer:
     def pair_reflectances(self, pairs: Sequence[Pair]) -> np.ndarray:
         """Light of pairs over the direct light, (pairs, CHANNELS), at normal incidence: 1 for DIRECT."""
         reflected = self.code.tables[:, :, -1].astype(float)
-        found = [np.ones(CHANNELS) if (first, second) == DIRECT else
-                 reflected[first] * reflected[second] * ((1.0 - reflected[first + 1:second]) ** 2).prod(0)
-                 for first, second in pairs]
-        return np.array(found).reshape(-1, CHANNELS)
+        reflectances = [np.ones(CHANNELS) if (first, second) == DIRECT else
+                        reflected[first] * reflected[second] * ((1.0 - reflected[first + 1:second]) ** 2).prod(0)
+                        for first, second in pairs]
+        return np.array(reflectances).reshape(-1, CHANNELS)
 
-    def trace(self, lanes: np.ndarray, pair: Pair, rays: np.ndarray, found: np.ndarray, reflecting: bool = True
+    def trace(self, lanes: np.ndarray, pair: Pair, rays: np.ndarray, landed: np.ndarray, reflecting: bool = True
               ) -> None:
         """Trace rays (7, n): X … N unit, and WEIGHT, into found (6, n): raster x, y, light of R, G, B, clearance.
 
@@ -111,7 +111,7 @@ class GhostTracer:
         count; without them a trace takes a quarter of the time. LensError for a pair that the lens does not have.
         """
         check_pair(self.lens, pair)
-        _trace_rays(lanes, self.code, self._landing.code, *pair, self._front, rays, found, reflecting)
+        _trace_rays(lanes, self.code, self._landing.code, *pair, self._front, rays, landed, reflecting)
 
 
 def reflectance_tables(lens: Lens, channels: Visible, coating: str | Coating) -> np.ndarray:
@@ -132,7 +132,7 @@ def _table(own: Coating, lines: tuple[float, ...], indices: tuple[tuple[float, .
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _trace_rays(lanes, code, landing, first, second, front, rays, found, reflecting):
+def _trace_rays(lanes, code, landing, first, second, front, rays, landed, reflecting):
     key = np.zeros(KEYS, np.uint32)
     row = rows(lanes)
     real = lanes.dtype.type
@@ -153,9 +153,9 @@ def _trace_rays(lanes, code, landing, first, second, front, rays, found, reflect
         for i in range(min(B, n - start)):
             k = start + i
             w = weight[i] if clearance[i] <= real(1) else real(0)
-            found[0, k], found[1, k] = row[X, i], row[Y, i]
-            found[2, k], found[3, k], found[4, k] = w * red[i], w * green[i], w * blue[i]
-            found[5, k] = clearance[i]
+            landed[0, k], landed[1, k] = row[X, i], row[Y, i]
+            landed[2, k], landed[3, k], landed[4, k] = w * red[i], w * green[i], w * blue[i]
+            landed[5, k] = clearance[i]
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -58,8 +58,8 @@ def _herzberger(c: Sequence[float], w: float) -> float:
 
 def _table(points: Sequence[tuple[float, float]], w: float) -> float:
     """Cubic in λ⁻² through the four nearest points, or through all if there are fewer."""
-    at = bisect([point[0] for point in points], w)
-    first = max(0, min(at - 2, len(points) - 4))
+    above = bisect([point[0] for point in points], w)
+    first = max(0, min(above - 2, len(points) - 4))
     near = [(p[0]**-2, p[1]) for p in points[first:first + 4]]
     total = 0.0
     for i, (x, n) in enumerate(near):

@@ -197,10 +197,10 @@ class Surface:
             if radius != radius or radius == 0.0:
                 raise LensError(f"radius of curvature {radius}: it must be a number of mm, or math.inf for a plane")
             curvature = 1.0 / radius
-        given = {"curvature": curvature, "thickness": thickness, "semi_diameter": semi_diameter, "glass": glass,
-                 "conic": conic, "aspheric": aspheric, "curvature_x": curvature_x, "coating": coating,
-                 "pose": None if pose is None or pose.is_centred else pose}
-        for name, value in given.items():
+        values = {"curvature": curvature, "thickness": thickness, "semi_diameter": semi_diameter, "glass": glass,
+                  "conic": conic, "aspheric": aspheric, "curvature_x": curvature_x, "coating": coating,
+                  "pose": None if pose is None or pose.is_centred else pose}
+        for name, value in values.items():
             object.__setattr__(self, name, value)
         self._check()
 

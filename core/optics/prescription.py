@@ -149,16 +149,16 @@ class Lens:
     def frames(self) -> tuple[Frame | None, ...]:
         """The motion that tilts and decentres each surface, the same for those that move as one; None if centred."""
         known: dict[tuple[SurfacePose, int], Frame] = {}
-        found: list[Frame | None] = []
+        frames: list[Frame | None] = []
         for i, surface in enumerate(self.surfaces):
             if surface.pose is None:
-                found.append(None)
+                frames.append(None)
                 continue
             key = replace(surface.pose, pivot=0), i - surface.pose.pivot
             if key not in known:
                 known[key] = Frame.of(surface.pose, self.vertices[key[1]])
-            found.append(known[key])
-        return tuple(found)
+            frames.append(known[key])
+        return tuple(frames)
 
     def vertex(self, i: int) -> np.ndarray:
         """Position (3,) of the vertex of surface i, lens frame (mm)."""

@@ -103,14 +103,14 @@ def _meet_blades(lens: Lens, forward: np.ndarray, points: np.ndarray, after: np.
                  surface: np.ndarray, paths: np.ndarray) -> None:
     """End the rays that meet the blades of the stop; forward (n,): whether a ray runs from the scene."""
     for from_scene in (True, False):
-        at = 1 + (lens.stop_index if from_scene else len(lens.surfaces) - 1 - lens.stop_index)
-        x, y, _ = (lens.in_frame_of(lens.stop_index, paths[:, at]) / lens.stop.semi_diameter).T
+        stop = 1 + (lens.stop_index if from_scene else len(lens.surfaces) - 1 - lens.stop_index)
+        x, y, _ = (lens.in_frame_of(lens.stop_index, paths[:, stop]) / lens.stop.semi_diameter).T
         met = (forward == from_scene) & np.isfinite(x) & ~lens.iris.contains(x, y)
         met &= (fate != CLIPPED) | (surface != lens.stop_index)
-        travel = paths[met, at] - paths[met, at - 1]
-        points[met], after[met] = paths[met, at], travel / np.linalg.norm(travel, axis=1)[:, None]
+        travel = paths[met, stop] - paths[met, stop - 1]
+        points[met], after[met] = paths[met, stop], travel / np.linalg.norm(travel, axis=1)[:, None]
         fate[met], surface[met] = CLIPPED, lens.stop_index
-        paths[met, at + 1:] = np.nan
+        paths[met, stop + 1:] = np.nan
 
 
 def surface_table(lens: Lens, wavelength: float = D_LINE, dtype: DTypeLike = np.float64) -> SurfaceTable:

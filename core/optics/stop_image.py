@@ -49,17 +49,17 @@ class StopImage:
         StopImageError for fewer than 2 × 2 pixels, numbers outside [0, 1], and a picture that passes no light in the
         circle.
         """
-        given = np.asarray(transmission, float)
-        if given.ndim != 2 or min(given.shape) < 2:
-            raise StopImageError(f"a stop's picture of the shape {given.shape}: it needs rows and columns, at least 2 "
-                                 "of each")
-        if not (np.isfinite(given).all() and given.min() >= 0.0 and given.max() <= 1.0):
+        picture = np.asarray(transmission, float)
+        if picture.ndim != 2 or min(picture.shape) < 2:
+            raise StopImageError(f"a stop's picture of the shape {picture.shape}: it needs rows and columns, at least "
+                                 "2 of each")
+        if not (np.isfinite(picture).all() and picture.min() >= 0.0 and picture.max() <= 1.0):
             raise StopImageError("a stop's picture holds the part of the light that passes: numbers from 0 to 1")
-        longest = max(given.shape)
+        longest = max(picture.shape)
         side = min(MOST, longest)
         for _ in range(2):                              # down the rows, then across the columns
-            given = _averaged(given, longest, side).T
-        made = cls(side, np.ascontiguousarray(np.clip(given, 0.0, 1.0), np.float32).tobytes())
+            picture = _averaged(picture, longest, side).T
+        made = cls(side, np.ascontiguousarray(np.clip(picture, 0.0, 1.0), np.float32).tobytes())
         if not made.ring_means.any():
             raise StopImageError("the stop's picture passes no light: white is open, black is opaque")
         return made
@@ -84,10 +84,10 @@ class StopImage:
         x, y = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float))
         half = 0.5 * self.side
         with np.errstate(invalid="ignore"):
-            column, line = ((half + half * each).clip(0, self.side - 1) for each in (x, -y))
+            column, line = ((half + half * coordinate).clip(0, self.side - 1) for coordinate in (x, -y))
             within = x * x + y * y <= 1.0 + 1e-12
-        found = self.grid[np.nan_to_num(line).astype(int), np.nan_to_num(column).astype(int)].astype(float)
-        return np.where(within, found, 0.0)
+        values = self.grid[np.nan_to_num(line).astype(int), np.nan_to_num(column).astype(int)].astype(float)
+        return np.where(within, values, 0.0)
 
     @cached_property
     def upside_down(self) -> "StopImage":
@@ -112,13 +112,13 @@ class StopImage:
         return np.concatenate([[per_mm, self.side], self.grid.ravel()])
 
 
-def _averaged(given: np.ndarray, longest: int, side: int) -> np.ndarray:
+def _averaged(picture: np.ndarray, longest: int, side: int) -> np.ndarray:
     """Rows (h, w) averaged into `side` rows of the square of side `longest` about their middle; 0 beyond them."""
-    edges = np.linspace(0.0, longest, side + 1) - 0.5 * (longest - len(given))
-    edges = np.clip(edges, 0.0, len(given))
-    row = np.minimum(edges.astype(int), len(given) - 1)
-    sums = np.concatenate([np.zeros((1, given.shape[1])), np.cumsum(given, 0)])
-    below = sums[row] + (edges - row)[:, None] * given[row]
+    edges = np.linspace(0.0, longest, side + 1) - 0.5 * (longest - len(picture))
+    edges = np.clip(edges, 0.0, len(picture))
+    row = np.minimum(edges.astype(int), len(picture) - 1)
+    sums = np.concatenate([np.zeros((1, picture.shape[1])), np.cumsum(picture, 0)])
+    below = sums[row] + (edges - row)[:, None] * picture[row]
     return np.asarray(np.diff(below, axis=0) * (side / longest))
 
 

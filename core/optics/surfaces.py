@@ -158,18 +158,18 @@ def intersect(table, i, x, y, z, p, q, r, sign):
     # Start Newton's method on the conic, or else on the vertex's plane, or else nearest the axis. Beyond the rim the
     # sag of a strong asphere may be a tenth of its conic's, and the plane is nearer
     near = ((x + t * p) ** 2 + (y + t * q) ** 2) * numbers[i, UNIT] < real(OUTSIDE)
-    at, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
-    if not (side > zero and near and at == at):
+    height, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
+    if not (side > zero and near and height == height):
         t = -z / r
-        at, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
-    if not at == at:
+        height, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
+    if not height == height:
         t = -(x * p + y * q) / (p * p + q * q)
-        at, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
-    if not at == at:
+        height, slope_x, slope_y = sag_and_slopes(table, i, x + t * p, y + t * q)
+    if not height == height:
         return nan, nan, nan, nan, nan, nan
 
     # Iterate, halving each step until the residual falls
-    residual = z + t * r - at
+    residual = z + t * r - height
     rounding = real(np.finfo(numbers.dtype).eps)
     least_step = rounding * (one + abs(x) + abs(y) + abs(z)) / sqrt(squared)
     for _ in range(_STEPS):
@@ -182,8 +182,8 @@ def intersect(table, i, x, y, z, p, q, r, sign):
         improved = False
         for _ in range(_HALVINGS):
             ahead = t + step
-            at, new_x, new_y = sag_and_slopes(table, i, x + ahead * p, y + ahead * q)
-            left = z + ahead * r - at
+            height, new_x, new_y = sag_and_slopes(table, i, x + ahead * p, y + ahead * q)
+            left = z + ahead * r - height
             if abs(left) < abs(residual):
                 t, residual, slope_x, slope_y, improved = ahead, left, new_x, new_y, True
                 break
@@ -211,7 +211,7 @@ def _sags(table, x, y, out):
 def sags(kind: int, row: np.ndarray, x, y) -> np.ndarray:
     """Sag (mm) of a kind with numbers (COLUMNS,) at points x, y (mm, broadcast); NaN beyond the equator."""
     # Copies: numpy 2.0 warns where numba asks whether a broadcast view may be written
-    x, y = (np.array(each) for each in np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)))
+    x, y = (np.array(coordinate) for coordinate in np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)))
     out = np.empty(x.size)
     table = SurfaceTable(np.array([kind]), np.zeros(1, np.bool_), row[None, :])
     _sags(table, np.ascontiguousarray(x.ravel()), np.ascontiguousarray(y.ravel()), out)

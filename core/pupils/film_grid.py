@@ -56,35 +56,35 @@ def solve_nodes(lens: Lens, film_distance: float, half_film: np.ndarray, wavelen
     places = [(lens.mirrored(*(side < 0.0)), pose.mirrored(*(side < 0.0).tolist())) for side in sides]
     # The rings reach beyond the film: there a posed film comes no nearer to the lens than half as near as within it
     nearest = film_distance + (0.0 if pose.is_upright else float(pose.extent(*(2.0 * half_film).tolist())[:, 2].min()))
-    placed = {each: _placement(each[1], 0.5 * nearest - film_distance) for each in places}
+    placed = {half: _placement(half[1], 0.5 * nearest - film_distance) for half in places}
     share = np.linspace(0.0, 1.0, 2 * COLUMNS - 1)
     directions = np.stack([1.0 - share, share], 1) / np.hypot(1.0 - share, share)[:, None]
-    ends = {each: edge_of_light(Aim(each[0], film_distance, wavelength), directions * half_film, math.sqrt(2.0),
-                                placed[each]) for each in dict.fromkeys(places)}
+    ends = {half: edge_of_light(Aim(half[0], film_distance, wavelength), directions * half_film, math.sqrt(2.0),
+                                placed[half]) for half in dict.fromkeys(places)}
     crowding = 1.0 if any(light_ends for _, light_ends in ends.values()) else MILD_CROWDING
     rings = (1.0 - (1.0 - np.linspace(0.0, 1.0, 2 * RINGS - 1) * (1.0 - math.sqrt(1.0 - crowding))) ** 2) / crowding
     # Solve grids twice as fine as the nodes, which show how much larger the nodes' regions must be
-    films = {each: (rings[:, None] * edge)[:, :, None] * directions for each, (edge, _) in ends.items()}
-    solved = {each: solve_outlines(each[0], film_distance, (film * half_film).reshape(-1, 2), POINTS, tolerance,
-                                   wavelength, placed[each]) for each, film in films.items()}
+    films = {half: (rings[:, None] * edge)[:, :, None] * directions for half, (edge, _) in ends.items()}
+    solved = {half: solve_outlines(half[0], film_distance, (film * half_film).reshape(-1, 2), POINTS, tolerance,
+                                   wavelength, placed[half]) for half, film in films.items()}
     # Fit the course to the centres of all quadrants
     shape = films[places[0]].shape
-    film = np.stack([films[each].reshape(-1, 2) for each in places]) * sides[:, None]
-    centres = np.stack([solved[each][0] for each in places])
-    rims = np.stack([solved[each][1].reshape(*shape[:2], POINTS, 2) for each in places])
+    film = np.stack([films[half].reshape(-1, 2) for half in places]) * sides[:, None]
+    centres = np.stack([solved[half][0] for half in places])
+    rims = np.stack([solved[half][1].reshape(*shape[:2], POINTS, 2) for half in places])
     of_film = course_terms(film.reshape(-1, 2), len(sides) > 1)
     lit, true = np.asarray(rims.any((3, 4))).ravel(), (centres * sides[:, None]).reshape(-1, 2)
     course = np.array([np.linalg.lstsq(power[lit], true[lit, axis], rcond=None)[0]
                        for axis, power in enumerate(of_film)])
     off = (centres - course_at(course, of_film).reshape(centres.shape) * sides[:, None]).reshape(-1, *shape)
     cut = [_cut(*quadrant) for quadrant in zip(off, rims, strict=True)]
-    edges = [_cubic_midpoints(_cubic_midpoints(ends[each][0])) for each in places]
-    return Nodes(np.stack(edges), crowding, course, *(np.stack(part) for part in zip(*cut, strict=True)))
+    edges = [_cubic_midpoints(_cubic_midpoints(ends[half][0])) for half in places]
+    return Nodes(np.stack(edges), crowding, course, *(np.stack(table) for table in zip(*cut, strict=True)))
 
 
 def _placement(pose: FilmPose, lowest: float) -> Placement:
     """Camera-frame points of film points, at z (mm) of at least `lowest`; those beside a sphere are as deep as it."""
-    def place(film: np.ndarray) -> np.ndarray:
+    def points_of(film: np.ndarray) -> np.ndarray:
         if pose.is_curved:
             r = np.hypot(*film.T)
             on_sphere = film * np.minimum(1.0, STEEPEST_SIDE * abs(pose.radius) / np.maximum(r, 1e-30))[:, None]
@@ -94,19 +94,19 @@ def _placement(pose: FilmPose, lowest: float) -> Placement:
         points[:, 2] = np.maximum(points[:, 2], lowest)
         return points
 
-    return UPRIGHT.points if pose.is_upright else place
+    return UPRIGHT.points if pose.is_upright else points_of
 
 
 def _cut(centres: np.ndarray, rims: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Centres and outlines of the nodes of a quadrant, from a grid twice as fine; dark ones take their neighbours'
     outline.
     """
-    at, outline = centres[::2, ::2].copy(), rims[::2, ::2].copy()
-    _adopt_neighbours(centres, rims, np.asarray(~outline.any((2, 3))), at, outline)
-    growth = _growth(centres, rims, at, _corners(outline))
-    _adopt_neighbours(centres, rims, growth.max(2) > LARGEST_GROWTH, at, outline)
+    middles, outline = centres[::2, ::2].copy(), rims[::2, ::2].copy()
+    _adopt_neighbours(centres, rims, np.asarray(~outline.any((2, 3))), middles, outline)
+    growth = _growth(centres, rims, middles, _corners(outline))
+    _adopt_neighbours(centres, rims, growth.max(2) > LARGEST_GROWTH, middles, outline)
     corners = _corners(outline)
-    return at, corners * (SPREAD * _growth(centres, rims, at, corners))[..., None]
+    return middles, corners * (SPREAD * _growth(centres, rims, middles, corners))[..., None]
 
 
 def course_at(course: np.ndarray, of_film: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
@@ -128,7 +128,7 @@ def course_terms(film: np.ndarray, general: bool) -> tuple[np.ndarray, np.ndarra
     return even * u[:, None], even * v[:, None]
 
 
-def _adopt_neighbours(centres: np.ndarray, rims: np.ndarray, which: np.ndarray, at: np.ndarray,
+def _adopt_neighbours(centres: np.ndarray, rims: np.ndarray, which: np.ndarray, middles: np.ndarray,
                       outline: np.ndarray) -> None:
     """Give the nodes `which` the convex outline around all regions up to their neighbours; change at and outline."""
     lit = np.asarray(rims.any((2, 3)))
@@ -136,8 +136,8 @@ def _adopt_neighbours(centres: np.ndarray, rims: np.ndarray, which: np.ndarray, 
         around = (slice(max(2 * i - 2, 0), 2 * i + 3), slice(max(2 * j - 2, 0), 2 * j + 3))
         if lit[around].any():
             points = (centres[around][:, :, None] + rims[around])[lit[around]].reshape(-1, 2)
-            at[i, j] = 0.5 * (points.min(0) + points.max(0))
-            outline[i, j] = _hull(points - at[i, j])
+            middles[i, j] = 0.5 * (points.min(0) + points.max(0))
+            outline[i, j] = _hull(points - middles[i, j])
 
 
 def _hull(points: np.ndarray) -> np.ndarray:
@@ -165,9 +165,9 @@ def _corners(outline: np.ndarray) -> np.ndarray:
     return equal_areas(closed.reshape(-1, *closed.shape[-2:]), SECTORS).reshape(*outline.shape[:-2], SECTORS + 1, 2)
 
 
-def _growth(centres: np.ndarray, rims: np.ndarray, at: np.ndarray, corners: np.ndarray) -> np.ndarray:
+def _growth(centres: np.ndarray, rims: np.ndarray, middles: np.ndarray, corners: np.ndarray) -> np.ndarray:
     """Factor (RINGS, COLUMNS, SECTORS + 1) for each corner so that interpolated regions hold the finer grid's."""
-    factors = _needed_growth(_midpoints(corners), rims, centres - _midpoints(at))
+    factors = _needed_growth(_midpoints(corners), rims, centres - _midpoints(middles))
     # A node's corner serves all points of the finer grid beside it
     padded = np.pad(factors, ((1, 1), (1, 1), (0, 0)), mode="edge")
     return np.max([padded[i:i + 2 * RINGS - 1:2, j:j + 2 * COLUMNS - 1:2] for i in range(3) for j in range(3)], 0)

@@ -58,15 +58,15 @@ def find_triangle(lanes, p, ints):
     # Add up the triangle's corners and the centre of the four nodes by their shares, lane by lane: what a node has lies
     # side by side, and the gather instructions of some processors cost more than its loads
     for i in range(B):
-        at, sector = np.uint32(node[i]), np.uint32(turn[i])
+        first, sector = np.uint32(node[i]), np.uint32(turn[i])
         f, g = right[i], up[i]
         shares = (real(1) - f) * (real(1) - g), f * (real(1) - g), (real(1) - f) * g, f * g
-        beside, above, both = at + np.uint32(1), at + np.uint32(COLUMNS), at + np.uint32(COLUMNS + 1)
+        beside, above, both = first + np.uint32(1), first + np.uint32(COLUMNS), first + np.uint32(COLUMNS + 1)
         size, corner = np.uint32(2 * NODE_CORNERS), np.uint32(2) * sector
-        ax[i], ay[i], bx[i], by[i] = weigh_four(
-            corners, (at * size + corner, beside * size + corner, above * size + corner, both * size + corner), shares)
+        offsets = first * size + corner, beside * size + corner, above * size + corner, both * size + corner
+        ax[i], ay[i], bx[i], by[i] = weigh_four(corners, offsets, shares)
         for k in range(4):
-            d = np.uint32(2) * (at + np.uint32(k % 2 + k // 2 * COLUMNS))
+            d = np.uint32(2) * (first + np.uint32(k % 2 + k // 2 * COLUMNS))
             centre_x[i] += shares[k] * centres[d]
             centre_y[i] += shares[k] * centres[d + np.uint32(1)]
 
@@ -81,7 +81,7 @@ def _find_cell(lanes, p, ints):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, u, weight = row[X], row[Y], row[U0], row[WEIGHT]
-    node, right, up, turn, place, near, far = row[A0], row[A1], row[A2], row[A3], row[A4], row[A6], row[A8]
+    node, right, up, turn, edge, near, far = row[A0], row[A1], row[A2], row[A3], row[A4], row[A6], row[A8]
     ax, ay, bx, by = row[A6], row[A7], row[A8], row[A9]
     across, along, crowding, apart = p[INVERSE_WIDTH], p[INVERSE_HEIGHT], p[CROWDING], p[RING_SCALE]
     four, edges = ints[QUADRANTS] > 1, p[ints[EDGE]:]
@@ -94,17 +94,17 @@ def _find_cell(lanes, p, ints):
         right[i] = math.sqrt(s * s + t * t)
         t = up[i] * real(EDGE_POINTS - 1)
         t = t if t < last_edge else last_edge
-        place[i], turn[i] = np.floor(t), t - np.floor(t)
+        edge[i], turn[i] = np.floor(t), t - np.floor(t)
     # Quadrant of a lens without planes of symmetry
     for i in range(B):
         quadrant = (real(1) if x[i] < real(0) else real(0)) + (real(2) if y[i] < real(0) else real(0))
         ax[i] = quadrant if four else real(0)
     for i in range(B):
-        node[i], place[i] = ax[i] * real(NODES), place[i] + ax[i] * real(EDGE_POINTS)
+        node[i], edge[i] = ax[i] * real(NODES), edge[i] + ax[i] * real(EDGE_POINTS)
     # Ring, from the distance of the last ring at this column
     for i in range(B):
-        at = np.uint32(place[i])
-        near[i], far[i] = edges[at], edges[at + np.uint32(1)]
+        inner = np.uint32(edge[i])
+        near[i], far[i] = edges[inner], edges[inner + np.uint32(1)]
     for i in range(B):
         s = right[i] / (near[i] + turn[i] * (far[i] - near[i]))
         weight[i] = real(1) if s <= real(1 + ROUNDING) else real(0)
@@ -223,14 +223,14 @@ class PupilGrid:
                 centre += share[:, None] * nodes.centres[quadrant, i[:, 0] + x, i[:, 1] + y]
         side = np.where(film_xy < 0.0, -1.0, 1.0)
         course = course_at(nodes.course, course_terms(signed if general else np.abs(signed), general))
-        at = rear_xy * side - (centre + course * side if general else centre + course)
+        offset = rear_xy * side - (centre + course * side if general else centre + course)
         # Last corner, counter-clockwise, before the rear point
         turn = np.unwrap(np.arctan2(corners[..., 1], corners[..., 0]))
-        angle = turn[:, 0] + (np.arctan2(at[:, 1], at[:, 0]) - turn[:, 0]) % (2.0 * math.pi)
+        angle = turn[:, 0] + (np.arctan2(offset[:, 1], offset[:, 0]) - turn[:, 0]) % (2.0 * math.pi)
         k = np.clip((turn <= angle[:, None]).sum(1) - 1, 0, SECTORS - 1)
         (ax, ay), (bx, by) = corners[np.arange(len(k)), k].T, corners[np.arange(len(k)), k + 1].T
         twice = ax * by - bx * ay
-        within = (at[:, 0] * (by - ay) - at[:, 1] * (bx - ax) <= twice) & (distance <= 1.0 + ROUNDING)
+        within = (offset[:, 0] * (by - ay) - offset[:, 1] * (bx - ax) <= twice) & (distance <= 1.0 + ROUNDING)
         return np.where(within, 0.5 * SECTORS * np.maximum(twice, 0.0), 0.0)
 
     def step(self, normaliser: float) -> Step:

@@ -77,28 +77,28 @@ def enclose_irregular_regions(film_distance: float, radii: np.ndarray, centres: 
     radii between which the width jumps, hold the regions of each other, so that interpolation loses no light.
     """
     boxes = _search_boxes(centres, rims, NEIGHBOURS)
-    found = _found(film_distance, radii, centres, rims, by, boxes, ENCLOSE)
-    more, known = found, set(found)
+    irregular = _irregular(film_distance, radii, centres, rims, by, boxes, ENCLOSE)
+    more, known = irregular, set(irregular)
     while more:                                 # as closely as may be beside those that are bent most
         near = {j for k, region in more.items() if region.dark_share > MUCH for j in range(k - 2, k + 3)} - known
         known |= near
         beside = np.full_like(boxes, np.nan)
         inside = [k for k in near if 0 <= k < len(radii)]
         beside[inside] = boxes[inside]
-        more = _found(film_distance, radii, centres, rims, by, beside, CLOSELY)
-        found |= more
+        more = _irregular(film_distance, radii, centres, rims, by, beside, CLOSELY)
+        irregular |= more
     joined = _jumps(rims[:, 0, 0] - rims[:, -1, 0])
-    dark = bool(joined.any()) or any(region.dark_share > DARK for region in found.values())
-    for k in found:
+    dark = bool(joined.any()) or any(region.dark_share > DARK for region in irregular.values())
+    for k in irregular:
         joined[max(k - 1, 0):k + 1] = True
     if not joined.any():
         return centres, rims, False
     own = {k: rims[k] + [centres[k], 0.0] for k in range(len(radii)) if rims[k].any()}
-    own |= {k: region.rim + [region.centre, 0.0] for k, region in found.items()}
+    own |= {k: region.rim + [region.centre, 0.0] for k, region in irregular.items()}
     centres, rims = centres.copy(), rims.copy()
     for k in own:
         neighbours = [own[j] for j in (k - 1, k + 1) if j in own and joined[min(j, k)]]
-        if neighbours or k in found:
+        if neighbours or k in irregular:
             centres[k], rims[k] = _outline(np.concatenate([own[k], *neighbours]), rims.shape[1])
     return centres, rims, dark
 
@@ -112,7 +112,7 @@ def _jumps(widths: np.ndarray) -> np.ndarray:
     return jumps
 
 
-def _found(film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray, by: ClearanceTracer,
+def _irregular(film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray, by: ClearanceTracer,
            boxes: np.ndarray, grids: _Grids) -> dict[int, IrregularRegion]:
     """The irregular ones among the regions, measured, by index. boxes: (n, 3), as `_search_boxes` returns them."""
     against, _ = _searched(film_distance, radii, centres, rims, by, boxes, grids.search)
@@ -122,8 +122,8 @@ def _found(film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: n
 def _measured(film_distance: float, radii: np.ndarray, which: np.ndarray, points: int, by: ClearanceTracer,
               boxes: np.ndarray, grids: _Grids) -> dict[int, IrregularRegion]:
     """The regions of the radii `which`, those without light left out, with so many points on their rims."""
-    found = {int(k): _measure(film_distance, radii[k], boxes[k], grids, points, by) for k in which}
-    return {k: region for k, region in found.items() if region is not None}
+    regions = {int(k): _measure(film_distance, radii[k], boxes[k], grids, points, by) for k in which}
+    return {k: region for k, region in regions.items() if region is not None}
 
 
 def _searched(film_distance: float, radii: np.ndarray, centres: np.ndarray, rims: np.ndarray, by: ClearanceTracer,
@@ -192,7 +192,7 @@ def _contradictions(x, y, lit, centres, rims):
     chords.
     """
     n, m = rims.shape[:2]
-    found = np.zeros(n, np.int64)
+    counts = np.zeros(n, np.int64)
     for k in range(n):
         rim = rims[k]
         chord = 0.0
@@ -201,7 +201,7 @@ def _contradictions(x, y, lit, centres, rims):
         for row in range(y.shape[1]):
             for column in range(x.shape[1]):
                 if chord == 0.0:
-                    found[k] += lit[k, row, column]
+                    counts[k] += lit[k, row, column]
                     continue
                 px, py = x[k, column] - centres[k], y[k, row]
                 first, last = 0, m - 1                          # points of the rim to either side in azimuth
@@ -214,8 +214,8 @@ def _contradictions(x, y, lit, centres, rims):
                 ex, ey = rim[last, 0] - rim[first, 0], rim[last, 1] - rim[first, 1]
                 inside = ex * (py - rim[first, 1]) - ey * (px - rim[first, 0])
                 far = abs(inside) > MARGIN * chord * math.hypot(ex, ey)
-                found[k] += far and lit[k, row, column] != (inside > 0.0)
-    return found
+                counts[k] += far and lit[k, row, column] != (inside > 0.0)
+    return counts
 
 
 def _measure(film_distance: float, radius: float, box: np.ndarray, grids: _Grids, points: int,
@@ -277,10 +277,10 @@ def _outline(points: np.ndarray, count: int) -> tuple[float, np.ndarray]:
     """Centre x, and points (count, 2) from there, evenly along the upper half of the hull around points (p, 2)."""
     outline = _upper_hull(points)
     along = np.append(0.0, np.cumsum(np.hypot(*np.diff(outline, axis=0).T)))
-    wanted = np.linspace(0.0, along[-1], count)
+    lengths = np.linspace(0.0, along[-1], count)
     centre = 0.5 * (outline[0, 0] + outline[-1, 0])
-    return centre, np.stack([np.interp(wanted, along, outline[:, 0]) - centre,
-                             np.interp(wanted, along, outline[:, 1])], 1)
+    return centre, np.stack([np.interp(lengths, along, outline[:, 0]) - centre,
+                             np.interp(lengths, along, outline[:, 1])], 1)
 
 
 def _upper_hull(points: np.ndarray) -> np.ndarray:

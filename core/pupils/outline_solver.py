@@ -38,8 +38,8 @@ COARSE = 0.05           # error of a clearance in a scan, × its cell in stop ra
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
-def _scan(film_x, film_y, film_z, at, window, distance, enough, tracer):
-    """Move the rear points `at` (n, 2) to the least clearance within at ± window · (±1, ±1); overwrites window.
+def _scan(film_x, film_y, film_z, aims, window, distance, enough, tracer):
+    """Move the rear points `aims` (n, 2) to the least clearance within aims ± window · (±1, ±1); overwrites window.
 
     The first scans, which tell apart very different clearances, are traced in float32.
     """
@@ -55,8 +55,8 @@ def _scan(film_x, film_y, film_z, at, window, distance, enough, tracer):
                 for j in range(cells):
                     across, up = (j % SCAN + 0.5) * (2.0 / SCAN) - 1.0, (j // SCAN + 0.5) * (2.0 / SCAN) - 1.0
                     from_x[count], from_y[count], from_z[count] = film_x[k], film_y[k], film_z[k]
-                    px[count] = at[k, 0] + window[k, 0, 0] * across + window[k, 0, 1] * up
-                    py[count] = at[k, 1] + window[k, 1, 0] * across + window[k, 1, 1] * up
+                    px[count] = aims[k, 0] + window[k, 0, 0] * across + window[k, 0, 1] * up
+                    py[count] = aims[k, 1] + window[k, 1, 0] * across + window[k, 1, 1] * up
                     count += 1
         if count == 0:
             return
@@ -68,7 +68,7 @@ def _scan(film_x, film_y, film_z, at, window, distance, enough, tracer):
                 for j in range(first + 1, first + cells):
                     least = j if out[j] < out[least] else least
                 if out[least] < level[k]:
-                    at[k, 0], at[k, 1], level[k] = px[least], py[least], out[least]
+                    aims[k, 0], aims[k, 1], level[k] = px[least], py[least], out[least]
                 window[k] *= finer
                 first += cells
         accuracy *= finer
@@ -90,7 +90,7 @@ class Aim:
     def _to_stop(self) -> Program:
         """From the film to the stop: most film points never need it."""
         behind = slice(0, len(self.lens.surfaces) - self.lens.stop_index)
-        return Program(surface_steps(self.lens, self.film_distance, self.wavelength, part=behind), np.float64)
+        return Program(surface_steps(self.lens, self.film_distance, self.wavelength, which=behind), np.float64)
 
     def clearances(self, film: np.ndarray, rear: np.ndarray) -> np.ndarray:
         """Clearances (n,) of rays; inf where a ray does not come through."""
@@ -103,10 +103,10 @@ class Aim:
         rear = self.paraxial_centres(film)
         level = self.clearances(film, rear)
 
-        def improve(which: np.ndarray, found: np.ndarray, there: np.ndarray) -> np.ndarray:
+        def improve(which: np.ndarray, trial: np.ndarray, there: np.ndarray) -> np.ndarray:
             """Keep better rear points of the film points `which`; the indices of those still dark."""
             better = there < level[which]
-            rear[which[better]], level[which[better]] = found[better], there[better]
+            rear[which[better]], level[which[better]] = trial[better], there[better]
             return np.flatnonzero(~(level < 1.0))
 
         # Try the centre of the stop, then the whole stop, then the whole visible part of the last surface
@@ -131,23 +131,23 @@ class Aim:
         Newton's method starts from `start` (n, 2), and where it fails continues the ray of the axis in LEGS steps.
         Without such a ray, the result is the nearest point found.
         """
-        at, off, image = self._newton(film, start)
-        far = np.flatnonzero(~((off < CENTRED) & (self.clearances(film, at) < 1.0)))
+        aims, off, image = self._newton(film, start)
+        far = np.flatnonzero(~((off < CENTRED) & (self.clearances(film, aims) < 1.0)))
         stepped = np.zeros((far.size, 2))
         for leg in range(1, LEGS + 1):
             stepped, stepped_off, stepped_image = self._newton(film[far] * (leg / LEGS), stepped)
         if far.size:
             better = (stepped_off < CENTRED) | (stepped_off < off[far])
-            at[far[better]], image[far[better]] = stepped[better], stepped_image[better]
-        return at, image
+            aims[far[better]], image[far[better]] = stepped[better], stepped_image[better]
+        return aims, image
 
     def stop_centres_near(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """`stop_centres` of film points (n, 3) beside those to which `start` (n, 2) belongs."""
-        at, off, image = self._newton(film, start)
+        aims, off, image = self._newton(film, start)
         lost = np.flatnonzero(~(off < CENTRED))
         if lost.size:
-            at[lost], image[lost] = self.stop_centres(film[lost], start[lost])
-        return at, image
+            aims[lost], image[lost] = self.stop_centres(film[lost], start[lost])
+        return aims, image
 
     def scan(self, film: np.ndarray, centre: np.ndarray, window: np.ndarray,
                 enough: float) -> tuple[np.ndarray, np.ndarray]:
@@ -155,13 +155,13 @@ class Aim:
 
         Scans ever more finely about the best point, until its clearance is below `enough`.
         """
-        at, level = centre.copy(), np.full(len(film), np.inf)
+        aims, level = centre.copy(), np.full(len(film), np.inf)
         scanned = np.flatnonzero(np.isfinite(window).all((1, 2)))
         if scanned.size:
-            there = at[scanned]
+            there = aims[scanned]
             _scan(*_columns(film[scanned]), there, WINDOW * window[scanned], self.film_distance, enough, self.tracer)
-            at[scanned], level[scanned] = there, self.clearances(film[scanned], there)
-        return at, level
+            aims[scanned], level[scanned] = there, self.clearances(film[scanned], there)
+        return aims, level
 
     def paraxial_centres(self, film: np.ndarray) -> np.ndarray:
         """Rear points (n, 2) on the lines to the centres of the paraxial exit pupils of the sections x–z and y–z."""
@@ -177,21 +177,21 @@ class Aim:
         """Rear points near the stop's centre by Newton's method, their distance from it (stop radii), and the stop's
         images.
         """
-        at, advance = start.copy(), np.zeros_like(start)
+        aims, advance = start.copy(), np.zeros_like(start)
         off, image = np.full(len(film), np.inf), np.full((len(film), 2, 2), np.nan)
         left = np.arange(len(film))
         for _ in range(AIM_ITERATIONS):
             if not left.size:
                 break
-            trial = at[left] + advance[left]
+            trial = aims[left] + advance[left]
             stop_point, slopes = self._on_stop(film[left], trial)
             far = np.hypot(*stop_point.T)
             better = far < off[left]
-            at[left[better]], off[left[better]] = trial[better], far[better]
+            aims[left[better]], off[left[better]] = trial[better], far[better]
             image[left[better]] = slopes[better]
             advance[left] = np.where(better[:, None], -(slopes @ stop_point[:, :, None])[:, :, 0], 0.25 * advance[left])
             left = left[(off[left] >= CENTRED) & (off[left] < np.inf) & np.isfinite(advance[left]).all(1)]
-        return at, off, image
+        return aims, off, image
 
     def _on_stop(self, film: np.ndarray, rear: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Points (n, 2) on the stop, in its radii, and the derivatives (n, 2, 2) of the rear points by these."""
@@ -201,13 +201,13 @@ class Aim:
         away = np.tile(self.film_distance + film[:, 2], 3)
         size = 1.0 / np.sqrt((vectors**2).sum(1) + away**2)
         start = np.tile(film[:, :2], (3, 1)) + vectors * (np.tile(film[:, 2], 3) / away)[:, None]       # at z = 0
-        given = {X: start[:, 0], Y: start[:, 1], L: vectors[:, 0] * size, M: vectors[:, 1] * size, N: -away * size}
-        on_stop = self._to_stop.run(given, [X, Y], 3 * n).T - self.lens.vertex(self.lens.stop_index)[:2]
-        here, beside, above = (on_stop / radius).reshape(3, n, 2)
+        inputs = {X: start[:, 0], Y: start[:, 1], L: vectors[:, 0] * size, M: vectors[:, 1] * size, N: -away * size}
+        on_stop = self._to_stop.run(inputs, [X, Y], 3 * n).T - self.lens.vertex(self.lens.stop_index)[:2]
+        centre, beside, above = (on_stop / radius).reshape(3, n, 2)
         with np.errstate(divide="ignore", invalid="ignore"):        # the point of a lost ray is not finite
-            (a, c), (b, d) = ((beside - here) / small).T, ((above - here) / small).T
+            (a, c), (b, d) = ((beside - centre) / small).T, ((above - centre) / small).T
             inverse = np.array([[d, -b], [-c, a]]) / (a * d - b * c)
-        return here, inverse.transpose(2, 0, 1)
+        return centre, inverse.transpose(2, 0, 1)
 
 
 def _columns(points: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -223,17 +223,17 @@ NO_LIGHT = 2.0          # largest clearance that the iteration uses; beyond it, 
 
 
 def edge_of_light(aim: Aim, directions: np.ndarray, furthest: float,
-                  place: Placement = UPRIGHT.points) -> tuple[np.ndarray, bool]:
+                  placed: Placement = UPRIGHT.points) -> tuple[np.ndarray, bool]:
     """Multiples (n,) of vectors (n, 2) mm from the film's centre up to which light falls, and whether any light ends.
 
-    `furthest` where light reaches that multiple, or where no multiple has light. place: camera-frame points (n, 3) of
+    `furthest` where light reaches that multiple, or where no multiple has light. placed: camera-frame points (n, 3) of
     film points (n, 2).
     """
     edge, beyond = np.full(len(directions), furthest), np.full(len(directions), math.inf)
     which, reach = np.arange(len(directions)), furthest
     for _ in range(1 + FINER):
         multiples = reach * np.arange(1, PLACES + 1) / PLACES
-        film = place((multiples[:, None, None] * directions[which]).reshape(-1, 2))
+        film = placed((multiples[:, None, None] * directions[which]).reshape(-1, 2))
         lit = aim.find_light(film)[1].reshape(PLACES, len(which)) < 1.0
         last, any_light = PLACES - 1 - np.argmax(lit[::-1], 0), lit.any(0)
         edge[which[any_light]] = multiples[last[any_light]]
@@ -251,7 +251,7 @@ def edge_of_light(aim: Aim, directions: np.ndarray, furthest: float,
         """Least clearance − 1 for film points at these multiples, and the stop's centres (n, 2), from `near` where
         known.
         """
-        film = place(multiple[:, None] * directions[which])
+        film = placed(multiple[:, None] * directions[which])
         centre, window = (aim.stop_centres(film, aim.paraxial_centres(film)) if near is None else
                           aim.stop_centres_near(film, near))
         return np.minimum(aim.scan(film, centre, window, 0.0)[1], NO_LIGHT) - 1.0, centre
@@ -262,10 +262,10 @@ def edge_of_light(aim: Aim, directions: np.ndarray, furthest: float,
     at_low, at_high, side = np.minimum(at_low, -1e-9), np.maximum(at_high, 1e-9), np.zeros(which.size)
     for _ in range(EDGE_ITERATIONS):
         multiple = np.clip(high - at_high * (high - low) / (at_high - at_low), low, high)
-        here, centre = level(multiple, centre)
-        dark = ~(here < 0.0)
-        at_low = np.where(dark, np.where(side > 0.0, 0.5 * at_low, at_low), here)
-        at_high = np.where(dark, here, np.where(side < 0.0, 0.5 * at_high, at_high))
+        middle, centre = level(multiple, centre)
+        dark = ~(middle < 0.0)
+        at_low = np.where(dark, np.where(side > 0.0, 0.5 * at_low, at_low), middle)
+        at_high = np.where(dark, middle, np.where(side < 0.0, 0.5 * at_high, at_high))
         low, high, side = np.where(dark, low, multiple), np.where(dark, multiple, high), np.where(dark, 1.0, -1.0)
     edge[which] = low
     return edge, True
@@ -276,13 +276,13 @@ DIRECTIONS = 128        # in which the length of the rough rim is measured
 
 
 def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, tolerance: float,
-                   wavelength: float = D_LINE, place: Placement = UPRIGHT.points) -> tuple[np.ndarray, np.ndarray]:
+                   wavelength: float = D_LINE, placed: Placement = UPRIGHT.points) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n, 2), and points (n, points, 2) of each rim from its centre, counter-clockwise from +x, in mm.
 
     The centre is the centroid; the points are evenly spaced to about a tenth, and 0 for an empty region. film_points:
-    (n, 2) mm; tolerance: of the rims (mm); wavelength: µm; place: as in `edge_of_light`.
+    (n, 2) mm; tolerance: of the rims (mm); wavelength: µm; placed: as in `edge_of_light`.
     """
-    film = place(np.asarray(film_points, float))
+    film = placed(np.asarray(film_points, float))
     film_x, film_y, film_z = np.ascontiguousarray(film.T)
     n = len(film)
     aim = Aim(lens, film_distance, wavelength)
@@ -340,11 +340,11 @@ def _even_directions(outlines, points):
         # Corners by rising angle in [0, 2π), and those at the ends once more beyond the other end
         for i in range(corners):
             x, y = outlines[k, i]
-            angle, place = math.atan2(y, x) % (2.0 * math.pi), i + 1
-            while place > 1 and turn[place - 1] > angle:
-                turn[place], length[place] = turn[place - 1], length[place - 1]
-                place -= 1
-            turn[place], length[place] = angle, math.hypot(x, y)
+            angle, slot = math.atan2(y, x) % (2.0 * math.pi), i + 1
+            while slot > 1 and turn[slot - 1] > angle:
+                turn[slot], length[slot] = turn[slot - 1], length[slot - 1]
+                slot -= 1
+            turn[slot], length[slot] = angle, math.hypot(x, y)
         turn[0], length[0] = turn[corners] - 2.0 * math.pi, length[corners]
         turn[corners + 1], length[corners + 1] = turn[1] + 2.0 * math.pi, length[1]
         # Length of the outline up to even angles
@@ -362,10 +362,10 @@ def _even_directions(outlines, points):
             continue
         i = 0
         for j in range(points):
-            wanted = along[DIRECTIONS] * j / points
-            while along[i + 1] <= wanted:
+            target = along[DIRECTIONS] * j / points
+            while along[i + 1] <= target:
                 i += 1
-            share = (wanted - along[i]) / (along[i + 1] - along[i])
+            share = (target - along[i]) / (along[i + 1] - along[i])
             angles[k, j] = (i + share) * step
             sizes[k, j] = size[i] + share * (size[i + 1] - size[i])
     return angles, sizes

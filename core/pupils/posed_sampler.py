@@ -104,14 +104,14 @@ class PosedPupil:
         """Area (n,) in mm² over which samples are spread, at rear points (n, 2), for film points (n, 2): see
         `PupilTable`.
         """
-        at = self.pose.points(film_xy)
-        r = np.hypot(at[:, 0], at[:, 1])
+        points = self.pose.points(film_xy)
+        r = np.hypot(points[:, 0], points[:, 1])
         spacing = self.places[1] - self.places[0]
-        place = np.clip((at[:, 2] - self.places[0]) / spacing, 0.0, len(self.places) - 1.001)
-        inner = place.astype(int)
+        slice_number = np.clip((points[:, 2] - self.places[0]) / spacing, 0.0, len(self.places) - 1.001)
+        inner = slice_number.astype(int)
         corners, centre = np.zeros((len(r), RING_CORNERS, 2)), np.zeros(len(r))
-        shares = np.stack([1.0 - (place - inner), place - inner])
-        radii = np.stack([r * (1.0 + self.narrowing * self.places[inner + side]) / (1.0 + self.narrowing * at[:, 2])
+        shares = np.stack([1.0 - (slice_number - inner), slice_number - inner])
+        radii = np.stack([r * (1.0 + self.narrowing * self.places[inner + side]) / (1.0 + self.narrowing * points[:, 2])
                           for side in (0, 1)])
         lit = np.stack([radii[side] <= np.array([table.dark_beyond for table in self.tables])[inner + side]
                         for side in (0, 1)])
@@ -120,15 +120,15 @@ class PosedPupil:
         outlines = cells * (2.0 * size / CELLS) - size
         for k, table in enumerate(self.tables):
             for side in (0, 1):
-                here = inner + side == k
-                if not here.any():
+                of_slice = inner + side == k
+                if not of_slice.any():
                     continue
-                ring, f = table.ring(radii[side, here])
+                ring, f = table.ring(radii[side, of_slice])
                 outline = outlines[k, ring] + f[:, None, None] * (outlines[k, ring + 1] - outlines[k, ring])
-                corners[here] += shares[side, here, None, None] * outline
-                centre[here] += shares[side, here] * table.centre(radii[side, here])
+                corners[of_slice] += shares[side, of_slice, None, None] * outline
+                centre[of_slice] += shares[side, of_slice] * table.centre(radii[side, of_slice])
         off = r > 1e-6
-        cosine, sine = np.where(off, at[:, :2].T / np.where(off, r, 1.0), [[1.0], [0.0]])
+        cosine, sine = np.where(off, points[:, :2].T / np.where(off, r, 1.0), [[1.0], [0.0]])
         x = rear_xy[:, 0] * cosine + rear_xy[:, 1] * sine - centre
         y = np.abs(rear_xy[:, 1] * cosine - rear_xy[:, 0] * sine)
         beyond = corners[..., 0] * y[:, None] - corners[..., 1] * x[:, None] >= 0.0
@@ -164,7 +164,7 @@ def _place_film_point(lanes, p):
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, u, weight = row[X], row[Y], row[Z], row[U0], row[WEIGHT]
-    part, lower, turn = row[PART], row[LOWER], row[TURN]
+    share, lower, turn = row[PART], row[LOWER], row[TURN]
     ax, bx, ay, by, middle = row[CORNER_AX], row[CORNER_BX], row[CORNER_AY], row[CORNER_BY], row[MIDDLE]
     first, per_step, last_slice = p[FIRST], p[PER_STEP], p[LAST]
     for i in range(B):
@@ -173,7 +173,7 @@ def _place_film_point(lanes, p):
         k = k if k > real(0) else real(0)
         lower[i] = np.floor(k) if np.floor(k) < last_slice else last_slice
         k = k - lower[i]
-        part[i] = k if k < real(1) else real(1)
+        share[i] = k if k < real(1) else real(1)
         s = u[i] * real(2 * SECTORS)
         turn[i] = s - real(SECTORS) if s >= real(SECTORS) else s
         weight[i] = real(0)
@@ -187,7 +187,7 @@ def _add_slice(lanes, p, ints, side):
     """
     real = lanes.dtype.type
     row = rows(lanes)
-    x, y, z, weight, part, lower = row[X], row[Y], row[Z], row[WEIGHT], row[PART], row[LOWER]
+    x, y, z, weight, slice_share, lower = row[X], row[Y], row[Z], row[WEIGHT], row[PART], row[LOWER]
     turn, corner, ring, between = row[TURN], row[CORNER], row[RING], row[BETWEEN]
     inner0, inner1, outer0, outer1, centre0, centre1 = row[A6], row[A7], row[A8], row[A9], row[A10], row[A11]
     ax, bx, ay, by = row[CORNER_AX], row[CORNER_BX], row[CORNER_AY], row[CORNER_BY]
@@ -209,7 +209,7 @@ def _add_slice(lanes, p, ints, side):
         k = (real(1) - math.sqrt(left if left > real(0) else real(0))) * outer0[i]
         k = k if k < last else last
         ring[i], between[i] = np.floor(k), k - np.floor(k)
-        share[i] = part[i] if side == 1 else real(1) - part[i]
+        share[i] = slice_share[i] if side == 1 else real(1) - slice_share[i]
         share[i] = share[i] if r <= outer1[i] else real(0)
         weight[i] += share[i]
         centre0[i] = r * inner1[i]

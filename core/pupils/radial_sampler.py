@@ -34,10 +34,10 @@ def equal_areas(rims, sectors):
         if area[points - 1] > 0.0:
             i = 0
             for k in range(sectors + 1):
-                wanted = area[points - 1] * k / sectors
-                while i < points - 2 and area[i + 1] <= wanted:
+                target = area[points - 1] * k / sectors
+                while i < points - 2 and area[i + 1] <= target:
                     i += 1
-                share = (wanted - area[i]) / (area[i + 1] - area[i]) if area[i + 1] > area[i] else 0.0
+                share = (target - area[i]) / (area[i + 1] - area[i]) if area[i + 1] > area[i] else 0.0
                 share = min(max(share, 0.0), 1.0)
                 for axis in range(2):
                     corners[ring, k, axis] = rim[i, axis] * (1.0 - share) + rim[i + 1, axis] * share
@@ -115,9 +115,9 @@ class PupilTable:
 
     def ring(self, film_radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Inner ring (n,), below RINGS − 1, of film radii (n,) in mm, and the share (n,) of the next ring."""
-        place = (1.0 - np.sqrt(np.maximum(1.0 - film_radius / self.end, 0.0))) * self.scale
-        inner = np.minimum(place.astype(int), RINGS - 2)
-        return inner, place - inner
+        ring_number = (1.0 - np.sqrt(np.maximum(1.0 - film_radius / self.end, 0.0))) * self.scale
+        inner = np.minimum(ring_number.astype(int), RINGS - 2)
+        return inner, ring_number - inner
 
     def centre(self, film_radius: np.ndarray) -> np.ndarray:
         """Centre (n,) x in mm of the regions of film points (r, 0), with r in film_radius (n,) mm."""

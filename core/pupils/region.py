@@ -140,9 +140,9 @@ def _peak(values: np.ndarray) -> float:
     i = int(np.argmax(values))
     if not 0 < i < len(values) - 1:
         return float(values[i])
-    before, at, after = values[i - 1:i + 2]
-    bend = before - 2.0 * at + after
-    return float(at - (after - before) ** 2 / (8.0 * bend)) if bend < 0.0 else float(at)
+    before, middle, after = values[i - 1:i + 2]
+    bend = before - 2.0 * middle + after
+    return float(middle - (after - before) ** 2 / (8.0 * bend)) if bend < 0.0 else float(middle)
 
 
 def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE,
@@ -205,16 +205,16 @@ def _weighed_area(lens: Lens, film_distance: float, wavelength: float) -> float:
     after = np.roll(edge, -1, 0)
     doubled = edge[:, 0] * after[:, 1] - edge[:, 1] * after[:, 0]
     # Rings of equal areas about the middle of the region, by the middle of each triangle's side
-    at = np.sqrt((np.arange(_RINGS // 2) + 0.5) / (_RINGS // 2))[:, None, None]
-    points = (middle + at * 0.5 * (edge + after)).reshape(-1, 2)
+    rings = np.sqrt((np.arange(_RINGS // 2) + 0.5) / (_RINGS // 2))[:, None, None]
+    points = (middle + rings * 0.5 * (edge + after)).reshape(-1, 2)
     film = np.array([0.0, 0.0, lens.length + film_distance])
     rays = np.column_stack([points, np.full(len(points), lens.length)]) - film
     met = trace(lens.with_open_stop, film, rays, wavelength, record=True)
     assert met.paths is not None
-    place = lens.in_frame_of(lens.stop_index, met.paths[:, len(lens.surfaces) - lens.stop_index])
-    share = lens.iris.transmission(*(place[:, :2] / lens.stop.semi_diameter).T)
+    on_stop = lens.in_frame_of(lens.stop_index, met.paths[:, len(lens.surfaces) - lens.stop_index])
+    share = lens.iris.transmission(*(on_stop[:, :2] / lens.stop.semi_diameter).T)
     cos2 = film_distance**2 / (film_distance**2 + (points**2).sum(1))
-    light = np.where(met.fate == Fate.PASSED, share * cos2**2, 0.0).reshape(len(at), -1)
+    light = np.where(met.fate == Fate.PASSED, share * cos2**2, 0.0).reshape(len(rings), -1)
     return float((light.mean(0) * 0.5 * doubled).sum())
 
 

@@ -49,16 +49,17 @@ def _centres(radii, distance, low, high, guess, centre, level, tracer):
         if count == 0:
             return
         clearances(film, zero, zero, px, zero, distance, out[:count], tracer, ROUGH)
-        at = 0
+        first = 0
         for k in range(n):
             if not level[k] < 1.0:
                 least = 0
                 for j in range(1, SCAN):
-                    least = j if out[at + j] < out[at + least] else least
-                centre[k], level[k] = px[at + least] if out[at + least] < math.inf else guess[k], out[at + least]
+                    least = j if out[first + j] < out[first + least] else least
+                level[k] = out[first + least]
+                centre[k] = px[first + least] if level[k] < math.inf else guess[k]
                 width = (high[k] - low[k]) / SCAN
                 low[k], high[k] = centre[k] - width, centre[k] + width
-                at += SCAN
+                first += SCAN
 
 
 @njit(cache=True, error_model="numpy", nogil=True)
@@ -76,11 +77,11 @@ def rim_distances(film_x, film_y, film_z, centre_x, centre_y, level, cosine, sin
     which, waiting, of = np.empty(size, np.int64), np.empty(size, np.int64), np.empty(size, np.int64)
     inner, f_inner = np.zeros(size), np.empty(size)
     outer, f_outer = np.full(size, math.inf), np.full(size, math.inf)
-    trial, side, turn_x, turn_y, found = guess.ravel(), np.zeros(size), cosine.ravel(), sine.ravel(), rim.ravel()
+    trial, side, turn_x, turn_y, distances = guess.ravel(), np.zeros(size), cosine.ravel(), sine.ravel(), rim.ravel()
     count = 0
     for k in range(film_x.size):
         for i in range(k * m, k * m + m):
-            of[i], f_inner[i], found[i] = k, level[k] - 1.0, 0.0
+            of[i], f_inner[i], distances[i] = k, level[k] - 1.0, 0.0
             if level[k] < 1.0:
                 which[count] = i
                 count += 1
@@ -113,7 +114,7 @@ def rim_distances(film_x, film_y, film_z, centre_x, centre_y, level, cosine, sin
                 x_next = x + max(min(ahead * 1.02, x), tolerance)
             else:
                 x_next = inner[i] - f_inner[i] * (outer[i] - inner[i]) / (f_outer[i] - f_inner[i])
-            trial[i] = found[i] = x_next
+            trial[i] = distances[i] = x_next
             done = outer[i] < math.inf and abs(x_next - x) <= tolerance
             if not done and x_next < 3.0 * reach:
                 waiting[left] = i
@@ -149,8 +150,8 @@ def _found_elsewhere(radius: float, distance: float, low: float, high: float,
     least = (out[1:-1] < math.inf) & (out[1:-1] <= out[:-2]) & (out[1:-1] <= out[2:])
     centre, level = np.empty(1), np.empty(1)
     for best in px[1:-1][least]:
-        at = np.array([best])
-        _centres(np.array([radius]), distance, at - width, at + width, at, centre, level, tracer)
+        start = np.array([best])
+        _centres(np.array([radius]), distance, start - width, start + width, start, centre, level, tracer)
         if level[0] < 1.0:
             return float(centre[0]), float(level[0])
     return 0.0, math.inf
@@ -225,8 +226,8 @@ def project_rear_rim(heights, rim, share, furthest):
     for k in range(heights.size):
         least, most = math.inf, -math.inf
         for j in range(rim.size):
-            seen = heights[k] * (1.0 - share[j]) + rim[j] * share[j]
-            least, most = min(least, seen), max(most, seen)
+            projected = heights[k] * (1.0 - share[j]) + rim[j] * share[j]
+            least, most = min(least, projected), max(most, projected)
         middle, half, limit = 0.5 * (most + least), 0.5 * REACH * (most - least), max(furthest, heights[k])
         low[k], high[k] = max(middle - half, -limit), min(middle + half, limit)
     return low, high

@@ -184,7 +184,7 @@ def _fate_steps(lens: Lens, film_distance: float) -> list[Step]:
     middle = middle if frame is None else frame.rotation @ middle + frame.shift
     steps = [Step(aim_at_rear_opening, [*(middle - [0.0, 0.0, lens.length + film_distance]), rear.semi_diameter])]
     for back, colour in enumerate(fate_colours(lens)[::-1]):
-        steps += [*surface_steps(lens, film_distance, part=slice(back, back + 1),
+        steps += [*surface_steps(lens, film_distance, which=slice(back, back + 1),
                                  at_stop=lens.iris.blocking(lens.stop.semi_diameter)), Step(show_fate, colour)]
     return [*steps, Step(show_passed)]
 

@@ -80,7 +80,7 @@ def pupil_distances(lens: Lens, film_distance: float, chief: ChiefRays, waveleng
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _shoot(before, behind, place, film_z, at_stop, made):
+def _shoot(before, behind, position, film_z, at_stop, made):
     """Chief rays of directions at the stop (n, 2) into made (5, n, 3): the fields of ChiefRays; NaN for a lost ray.
 
     before, behind: tables of the scalar tracer, up to the stop and from it on; place (3,) of the middle of the
@@ -92,13 +92,13 @@ def _shoot(before, behind, place, film_z, at_stop, made):
         good = square > 0.0
         if good:
             n = np.sqrt(square)
-            x, y, z, dx, dy, dz = place[0], place[1], place[2], -l, -m, -n
+            x, y, z, dx, dy, dz = position[0], position[1], position[2], -l, -m, -n
             if before.kinds.size > 0:
                 x, y, z, dx, dy, dz, fate, surface = trace_ray(
-                    before, False, place[0], place[1], place[2], -l, -m, -n, None, i, -1)
+                    before, False, position[0], position[1], position[2], -l, -m, -n, None, i, -1)
                 good = fate == PASSED
             u, v, w, du, dv, dw, fate, surface = trace_ray(
-                behind, False, place[0], place[1], place[2], l, m, n, None, i, 1)
+                behind, False, position[0], position[1], position[2], l, m, n, None, i, 1)
             good = good and fate == PASSED
         if not good:
             made[:, i] = np.nan
@@ -111,24 +111,24 @@ def _shoot(before, behind, place, film_z, at_stop, made):
         made[4, i, 0], made[4, i, 1], made[4, i, 2] = du, dv, dw
 
 
-def find_chief_rays(lens: Lens, film_distance: float, wanted: np.ndarray, object_distance: float = inf,
+def find_chief_rays(lens: Lens, film_distance: float, aims: np.ndarray, object_distance: float = inf,
                     by_image: bool = False, wavelength: float = D_LINE, near: np.ndarray | None = None) -> ChiefRays:
     """The chief rays of fields.
 
     Args:
         lens: The lens.
         film_distance: Last vertex → film, mm.
-        wanted: (n, 2) points of the film, mm, where by_image; otherwise points of the object plane, mm, or for an
+        aims: (n, 2) points of the film, mm, where by_image; otherwise points of the object plane, mm, or for an
             object at infinity the angle vectors of its light (rad).
         object_distance: Object plane → first vertex, mm; inf for an object at infinity.
-        by_image: Which of them `wanted` holds.
+        by_image: Which of them `aims` holds.
         wavelength: µm.
         near: (n, 2) directions at the stop close to those sought, such as those of another wavelength; saves the
             search.
     Returns:
         NaN for fields that no ray from the middle of the stop reaches.
     """
-    wanted = np.asarray(wanted, float).reshape(-1, 2)
+    aims = np.asarray(aims, float).reshape(-1, 2)
 
     def value(rays: ChiefRays) -> np.ndarray:
         """(n, 2) of a field, in the quantity and unit of `wanted`."""
@@ -149,12 +149,12 @@ def find_chief_rays(lens: Lens, film_distance: float, wanted: np.ndarray, object
 
     small = ROUNDING * scale
     if not lens.is_rotationally_symmetric:
-        return rays(_in_plane(rays, value, wanted, small, near))
-    return rays(_in_meridian(rays, value, wanted, small) if near is None else
-                _beside(rays, value, wanted, small, near))
+        return rays(_in_plane(rays, value, aims, small, near))
+    return rays(_in_meridian(rays, value, aims, small) if near is None else
+                _beside(rays, value, aims, small, near))
 
 
-def _in_meridian(rays, value, wanted: np.ndarray, small: float) -> np.ndarray:
+def _in_meridian(rays, value, aims: np.ndarray, small: float) -> np.ndarray:
     """(n, 2) at the stop, by the secant rule along one meridian."""
     def reached(angle: np.ndarray) -> np.ndarray:
         return value(rays(np.column_stack([0.0 * angle, np.sin(angle)])))[:, 1]
@@ -164,14 +164,14 @@ def _in_meridian(rays, value, wanted: np.ndarray, small: float) -> np.ndarray:
     sign = 1.0 if heights[1] >= 0.0 else -1.0
     rises = np.append(True, np.diff(sign * heights) > 0.0)
     end = int(np.argmin(rises)) if not rises.all() else SAMPLES      # the field ends where it no longer grows
-    size = np.hypot(wanted[:, 0], wanted[:, 1])
+    size = np.hypot(aims[:, 0], aims[:, 1])
     after = np.searchsorted(sign * heights[:end], size, side="left")
     if 1 < end < SAMPLES and (after == end).any():      # the last stretch, up to the ray that is lost or turns
         low, high = angles[end - 1], angles[end]
         for _ in range(HALVINGS):
             middle = 0.5 * (low + high)
-            here = sign * reached(np.array([middle, max(low, middle - 1e-7)]))
-            low, high = (middle, high) if here[0] >= here[1] else (low, middle)
+            reach = sign * reached(np.array([middle, max(low, middle - 1e-7)]))
+            low, high = (middle, high) if reach[0] >= reach[1] else (low, middle)
         angles, heights = np.append(angles[:end], low), np.append(heights[:end], reached(np.array([low])))
         after = np.where(size <= sign * heights[-1], np.minimum(after, end), end + 1)
         end += 1
@@ -189,17 +189,17 @@ def _in_meridian(rays, value, wanted: np.ndarray, small: float) -> np.ndarray:
             before, off_before = angle, off
             angle, off = trial, sign * reached(trial) - size
         angle = np.where(size == 0.0, 0.0, angle)
-        along = np.where((size > 0.0)[:, None], wanted / np.where(size > 0.0, size, 1.0)[:, None], [0.0, 1.0])
+        along = np.where((size > 0.0)[:, None], aims / np.where(size > 0.0, size, 1.0)[:, None], [0.0, 1.0])
     return np.where(lost[:, None], np.nan, sign * np.sin(angle)[:, None] * along)
 
 
-def _beside(rays, value, wanted: np.ndarray, small: float, near: np.ndarray) -> np.ndarray:
+def _beside(rays, value, aims: np.ndarray, small: float, near: np.ndarray) -> np.ndarray:
     """(n, 2) at the stop in the meridians of `near`, by the secant rule from there."""
     size = np.hypot(near[:, 0], near[:, 1])
     along = np.where((size > 0.0)[:, None], near / np.where(size > 0.0, size, 1.0)[:, None], [0.0, 1.0])
 
     def off(angle: np.ndarray) -> np.ndarray:
-        return ((value(rays(np.sin(angle)[:, None] * along)) - wanted) * along).sum(1)
+        return ((value(rays(np.sin(angle)[:, None] * along)) - aims) * along).sum(1)
 
     angle = np.arcsin(size)
     before = angle * (1.0 + SLOPE_STEP)
@@ -215,29 +215,29 @@ def _beside(rays, value, wanted: np.ndarray, small: float, near: np.ndarray) -> 
     return np.sin(angle)[:, None] * along
 
 
-def _in_plane(rays, value, wanted: np.ndarray, small: float, near: np.ndarray | None) -> np.ndarray:
+def _in_plane(rays, value, aims: np.ndarray, small: float, near: np.ndarray | None) -> np.ndarray:
     """(n, 2) at the stop, by Newton's method from `near`, or the axis; a step that does not reduce the error is cut."""
-    at, advance = np.zeros_like(wanted), np.zeros_like(wanted)
+    pupil, advance = np.zeros_like(aims), np.zeros_like(aims)
     if near is not None:
-        at = np.where(np.isfinite(near), near, 0.0)
-    error = np.full(len(wanted), inf)
+        pupil = np.where(np.isfinite(near), near, 0.0)
+    error = np.full(len(aims), inf)
     for _ in range(NEWTON):
-        trial = at + advance
-        here, beside, above = (value(rays(trial + offset)) for offset in
-                               ([0.0, 0.0], [SLOPE_STEP, 0.0], [0.0, SLOPE_STEP]))
-        off = here - wanted
+        trial = pupil + advance
+        values, beside, above = (value(rays(trial + offset)) for offset in
+                                 ([0.0, 0.0], [SLOPE_STEP, 0.0], [0.0, SLOPE_STEP]))
+        off = values - aims
         size = np.hypot(off[:, 0], off[:, 1])
         better = size < error
-        slopes = np.stack([beside - here, above - here], 2) / SLOPE_STEP
+        slopes = np.stack([beside - values, above - values], 2) / SLOPE_STEP
         determinant = slopes[:, 0, 0] * slopes[:, 1, 1] - slopes[:, 0, 1] * slopes[:, 1, 0]
         with np.errstate(divide="ignore", invalid="ignore"):
             step = -np.stack([slopes[:, 1, 1] * off[:, 0] - slopes[:, 0, 1] * off[:, 1],
                               slopes[:, 0, 0] * off[:, 1] - slopes[:, 1, 0] * off[:, 0]], 1) / determinant[:, None]
-        at[better], error[better] = trial[better], size[better]
+        pupil[better], error[better] = trial[better], size[better]
         advance = np.where(better[:, None], step, 0.25 * advance)
         if not (error > small).any() or not (np.abs(advance) > 1e-16).any():
             break
-    return np.where((error < 1e6 * small)[:, None], at, np.nan)
+    return np.where((error < 1e6 * small)[:, None], pupil, np.nan)
 
 
 def _angles(directions: np.ndarray) -> np.ndarray:

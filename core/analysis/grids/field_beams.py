@@ -80,7 +80,7 @@ class FieldBeams:
         curvatures = chief.image_directions[:, 2] * (1.0 / gap if gap and not isinf(gap) else 0.0)
         backward = Program(trace_steps(lens, film_distance, wavelength), np.float64)
         behind = slice(0, len(lens.surfaces) - lens.stop_index)
-        to_stop = Program(surface_steps(lens, film_distance, wavelength, part=behind), np.float64)
+        to_stop = Program(surface_steps(lens, film_distance, wavelength, which=behind), np.float64)
         middles = chief.points + pupil_distances(lens, film_distance, chief, wavelength)[:, None] * chief.directions
         if not isinf(object_distance):          # at least half-way from the object to the first surface
             point = np.column_stack([sources, np.full(len(sources), -object_distance)])
@@ -186,8 +186,8 @@ class FieldBeams:
         Returns their places (F, …, 2), NaN where s and t are no direction, and the greatest share (F, …) of a rim at
         which they meet a surface; inf for rays that do not come through.
         """
-        given, dark = self._from_film(s, t)
-        x, y, z, l, m, n, clearance = self.backward.run(given, [X, Y, Z, L, M, N, CLEARANCE], s.size).reshape(
+        inputs, dark = self._from_film(s, t)
+        x, y, z, l, m, n, clearance = self.backward.run(inputs, [X, Y, Z, L, M, N, CLEARANCE], s.size).reshape(
             7, *s.shape)
         flat = len(self.axes), -1
         points = np.stack([x.reshape(flat), y.reshape(flat), z.reshape(flat) + self.lens.length + self.film_distance])
@@ -205,29 +205,30 @@ class FieldBeams:
         l, m = s * sx + t * tx, s * sy + t * ty
         square = 1.0 - l * l - m * m
         dark = ~(square > 1e-9)
-        x, y = (np.broadcast_to(each.reshape(shape), s.shape) for each in self.chief.images.T)
+        x, y = (np.broadcast_to(values.reshape(shape), s.shape) for values in self.chief.images.T)
         rows = {X: x, Y: y, L: -l, M: -m, N: -np.sqrt(np.where(dark, 1.0, square)), WEIGHT: np.ones(s.shape)}
-        return {row: np.where(dark, 0.0 if row != N else -1.0, each).ravel() for row, each in rows.items()}, dark
+        return {row: np.where(dark, 0.0 if row != N else -1.0, values).ravel() for row, values in rows.items()}, dark
 
     def _stop_slopes(self) -> np.ndarray:
         """(F, 2, 2) the derivative of the point on the stop, in its radii, by the pupil coordinates."""
         s = self.chief_pupil[:, :1] + [SLOPE_STEP, -SLOPE_STEP, 0.0, 0.0]
         t = self.chief_pupil[:, 1:] + [0.0, 0.0, SLOPE_STEP, -SLOPE_STEP]
-        at = self.on_stop(s, t)
-        return np.stack([at[..., 0] - at[..., 1], at[..., 2] - at[..., 3]], -1).transpose(1, 0, 2) / (2.0 * SLOPE_STEP)
+        points = self.on_stop(s, t)
+        change = np.stack([points[..., 0] - points[..., 1], points[..., 2] - points[..., 3]], -1)
+        return change.transpose(1, 0, 2) / (2.0 * SLOPE_STEP)
 
     def on_stop(self, s: np.ndarray, t: np.ndarray) -> np.ndarray:
         """(2, F, …) x and y on the stop, in its radii, of rays from the reference points; NaN for lost rays."""
-        given, dark = self._from_film(s, t)
-        at = self.to_stop.run(given, [X, Y, Z], s.size).T + [0.0, 0.0, self.lens.length + self.film_distance]
-        at = self.lens.in_frame_of(self.lens.stop_index, at)[:, :2].T.reshape(2, *s.shape)
-        at = at / self.lens.stop.semi_diameter
-        return np.where(dark, nan, at)
+        inputs, dark = self._from_film(s, t)
+        points = self.to_stop.run(inputs, [X, Y, Z], s.size).T + [0.0, 0.0, self.lens.length + self.film_distance]
+        points = self.lens.in_frame_of(self.lens.stop_index, points)[:, :2].T.reshape(2, *s.shape)
+        points = points / self.lens.stop.semi_diameter
+        return np.where(dark, nan, points)
 
     def linear_stop_share(self, s: np.ndarray, t: np.ndarray) -> np.ndarray:
         """(F, …) distance from the stop's centre over its radius, to first order about the chief ray."""
         shape = (len(self.axes),) + (1,) * (s.ndim - 1)
-        ds, dt = (each - middle.reshape(shape) for each, middle in zip((s, t), self.chief_pupil.T, strict=True))
+        ds, dt = (pupil - chief.reshape(shape) for pupil, chief in zip((s, t), self.chief_pupil.T, strict=True))
         (a, b), (c, d) = (self.stop_slopes[:, i].T.reshape(2, *shape) for i in (0, 1))
         return np.hypot(a * ds + b * dt, c * ds + d * dt)
 

@@ -71,8 +71,8 @@ class Conditions:
     def __post_init__(self):
         if not self.wavelengths or len(self.weights) != len(self.wavelengths):
             raise LensError("an analysis needs at least one wavelength, and a weight for each")
-        for each in self.wavelengths:
-            check_wavelength(each)
+        for wavelength in self.wavelengths:
+            check_wavelength(wavelength)
         if not 0 <= self.primary < len(self.wavelengths):
             raise LensError(f"primary wavelength {self.primary}: there are {len(self.wavelengths)}")
         if not sum(self.weights) > 0.0 or min(self.weights) < 0.0:
@@ -139,8 +139,8 @@ def white_light(lens: Lens, name: str) -> tuple[tuple[float, float], ...]:
 
 def unknown_dispersion(lens: Lens) -> tuple[Finding, ...]:
     """A finding where glasses of a lens have one index at all wavelengths, for want of another."""
-    glasses = [each.glass for each in lens.surfaces if each.glass.n_d != 1.0 or each.glass.disperses]
-    unknown = sum(not each.disperses for each in glasses)
+    glasses = [medium.glass for medium in lens.surfaces if medium.glass.n_d != 1.0 or medium.glass.disperses]
+    unknown = sum(not medium.disperses for medium in glasses)
     if not unknown:
         return ()
     return (note(Kind.GLASS, "no dispersion data for this lens: all wavelengths take the same paths"
@@ -156,25 +156,25 @@ def check_wavelength(wavelength: float) -> None:
         raise LensError(f"wavelength {significant(wavelength)} µm: give it in micrometres, such as 0.55 for 550 nm")
 
 
-def field_name(given: Conditions, i: int) -> str:
+def field_name(conditions: Conditions, i: int) -> str:
     """A field in words.
 
     Args:
-        given: Conditions with the field.
+        conditions: Conditions with the field.
         i: Index of the field.
     Returns:
         Such as "12.4 mm" or "14°".
     """
-    x, y = (round(each, 5) for each in given.fields[i])
-    unit = "°" if given.field_kind is FieldKind.ANGLE else " mm"
+    x, y = (round(coordinate, 5) for coordinate in conditions.fields[i])
+    unit = "°" if conditions.field_kind is FieldKind.ANGLE else " mm"
     return f"{significant(y, 4)}{unit}" if x == 0.0 else f"({significant(x, 4)}, {significant(y, 4)}){unit}"
 
 
-def field_names(given: Conditions, which: np.ndarray) -> str:
+def field_names(conditions: Conditions, which: np.ndarray) -> str:
     """Fields by their rising indices (n,), in words; more than three neighbours by the first and the last."""
     parts: list[str] = []
     for run in np.split(which, np.flatnonzero(np.diff(which) != 1) + 1):
-        names = [field_name(given, int(i)) for i in run]
+        names = [field_name(conditions, int(i)) for i in run]
         parts += [f"{names[0]} to {names[-1]}"] if len(names) > 3 else names
     return ", ".join(parts)
 
@@ -195,10 +195,10 @@ def _fields(lens: Lens, film: Film | None, fields, kind: FieldKind, object_dista
         findings.append(note(Kind.ASSUMED, "the lens states object heights, but its object is at infinity here: "
                                            "fields over the film instead"))
     if fields is not None and not isinstance(fields, int | np.integer):
-        if any(np.ndim(each) and len(each) != 2 for each in fields):
+        if any(np.ndim(field) and len(field) != 2 for field in fields):
             raise LensError("a field point is one number, y, or two, (x, y)")
-        points = tuple((0.0, float(each)) if np.ndim(each) == 0 else (float(each[0]), float(each[1]))
-                       for each in fields)
+        points = tuple((0.0, float(field)) if np.ndim(field) == 0 else (float(field[0]), float(field[1]))
+                       for field in fields)
         return kind, points
     count = FIELDS if fields is None else int(fields)
     if count < 1:
@@ -220,11 +220,11 @@ def _colours(lens: Lens, wavelengths, findings: list[Finding]) -> tuple[tuple[fl
     if named is not None:
         wavelengths = white_light(lens, named) or None
     if wavelengths is not None:
-        pairs = [(float(each), 1.0) if np.ndim(each) == 0 else (float(each[0]), float(each[1]))
-                 for each in wavelengths]
+        pairs = [(float(colour), 1.0) if np.ndim(colour) == 0 else (float(colour[0]), float(colour[1]))
+                 for colour in wavelengths]
         primary, source = len(pairs) // 2, "given" if named is None else f"weighted {WHITES[named]}"
     elif lens.system.wavelengths:
-        pairs = [(each.micrometres, each.weight) for each in lens.system.wavelengths]
+        pairs = [(colour.micrometres, colour.weight) for colour in lens.system.wavelengths]
         primary, source = lens.system.primary, "as the lens states them"
     else:
         pairs, primary, source = [(line, 1.0) for line in VISIBLE], 1, "F, d and C with equal weights, since the " \
@@ -256,28 +256,29 @@ def _colours(lens: Lens, wavelengths, findings: list[Finding]) -> tuple[tuple[fl
             min(chief, len(known) - 1))
 
 
-def wanted_chief_rays(lens: Lens, given: Conditions) -> tuple[np.ndarray, bool]:
+def wanted_chief_rays(lens: Lens, conditions: Conditions) -> tuple[np.ndarray, bool]:
     """What `find_chief_rays` takes for the fields of these conditions: its `wanted` (n, 2) and its `by_image`.
 
     Raises:
         LensError: For paraxial image heights of an afocal lens.
     """
-    points = np.array(given.fields, float).reshape(-1, 2)
-    if given.field_kind is FieldKind.REAL_IMAGE_HEIGHT:
+    points = np.array(conditions.fields, float).reshape(-1, 2)
+    if conditions.field_kind is FieldKind.REAL_IMAGE_HEIGHT:
         return points, True
-    if given.field_kind is FieldKind.OBJECT_HEIGHT:
+    if conditions.field_kind is FieldKind.OBJECT_HEIGHT:
         return points, False
-    if given.field_kind is FieldKind.ANGLE:
+    if conditions.field_kind is FieldKind.ANGLE:
         angles = np.array([_angle_vector(x, y) for x, y in points])
-        return (angles, False) if isinf(given.object_distance) else (_on_object(lens, given, np.tan(angles)), False)
-    fo = first_order(lens, given.primary_wavelength)
+        far = isinf(conditions.object_distance)
+        return angles if far else _on_object(lens, conditions, np.tan(angles)), False
+    fo = first_order(lens, conditions.primary_wavelength)
     if isinf(fo.efl):
         raise LensError("an afocal lens has no paraxial image heights")
-    if isinf(given.object_distance):
+    if isinf(conditions.object_distance):
         slopes = points / (lens.front_index * fo.efl)
         size = np.hypot(slopes[:, 0], slopes[:, 1])
         return slopes * np.where(size > 0.0, np.arctan(size) / np.where(size > 0.0, size, 1.0), 1.0)[:, None], False
-    magnification = lens.front_index * fo.efl / (fo.ffl + given.object_distance)
+    magnification = lens.front_index * fo.efl / (fo.ffl + conditions.object_distance)
     return -points / magnification, False
 
 
@@ -291,10 +292,10 @@ def _angle_vector(x: float, y: float) -> tuple[float, float]:
     return size * float(np.cos(azimuth)), size * float(np.sin(azimuth))
 
 
-def _on_object(lens: Lens, given: Conditions, slopes: np.ndarray) -> np.ndarray:
+def _on_object(lens: Lens, conditions: Conditions, slopes: np.ndarray) -> np.ndarray:
     """Points (n, 2) of the object plane from which light aims at the entrance pupil with these slopes (n, 2)."""
-    pupil = first_order(lens, given.primary_wavelength).entrance_pupil.z
-    return -slopes * (given.object_distance + (0.0 if isinf(pupil) else pupil))
+    pupil = first_order(lens, conditions.primary_wavelength).entrance_pupil.z
+    return -slopes * (conditions.object_distance + (0.0 if isinf(pupil) else pupil))
 
 
 THREADS = 2
@@ -321,14 +322,14 @@ def each_of(work: Callable[[Item], object], items: Iterable[Item]) -> None:
     """
     left, paused = list(items), due()
 
-    def do(part: list[Item]) -> list[Item]:
-        for done, item in enumerate(part):
+    def do(share: list[Item]) -> list[Item]:
+        for done, item in enumerate(share):
             if paused():
-                return part[done:]
+                return share[done:]
             work(item)
         return []
 
     while left:
         pause()
         parts = [left[i::PARTS] for i in range(min(PARTS, len(left)))]
-        left = [item for part in _pool().map(do, parts) for item in part]
+        left = [item for unfinished in _pool().map(do, parts) for item in unfinished]

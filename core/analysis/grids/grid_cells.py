@@ -39,10 +39,10 @@ def of_mean_1(beam, open_cells, first, weighed, out):
             count, total = 0, 0.0
             for i in range(rows):
                 for j in range(columns):
-                    part = open_cells[f, first + c, i, j]
-                    light = beam[f, i, j] * part if weighed else beam[f, i, j]
+                    share = open_cells[f, first + c, i, j]
+                    light = beam[f, i, j] * share if weighed else beam[f, i, j]
                     out[f, c, i, j] = light
-                    if part > 0.0:
+                    if share > 0.0:
                         count += 1
                         total += light
             scale = count / total if total > 0.0 else 0.0
@@ -69,24 +69,24 @@ def cover(level, c, s, t, grid, mirrored, coverage, weight, centre):
         per_s, per_t = 1.0 / (grid[f, 0, 1] - grid[f, 0, 0]), 1.0 / (grid[f, 1, 1] - grid[f, 1, 0])
         for i in range(rows):
             for j in range(columns // 2 if mirrored else 0, columns):
-                here, other = plane[i, j], columns - 1 - j
-                part, of_beam, ds, dt = 0.0, 0.0, 0.0, 0.0
-                if here < np.inf:
+                nearness, other = plane[i, j], columns - 1 - j
+                lit, of_beam, ds, dt = 0.0, 0.0, 0.0, 0.0
+                if nearness < np.inf:
                     up, right = cell_slope(plane, i, j, 0), cell_slope(plane, i, j, 1)
                     moved = (up * (grid[f, 1, i] - t[f, c, i, j]) * per_t
                              + right * (grid[f, 0, j] - s[f, c, i, j]) * per_s)
                     if np.isnan(moved):                 # a ray that reaches the stop and has no pupil coordinates
                         moved = 0.0
                     a, b = max(abs(up), abs(right)), min(abs(up), abs(right))
-                    part, of_beam = _below(1.0 - here - moved, a, b), _below(1.0 - here, a, b)
-                    if here >= 1.0 and part + of_beam > 0.0 and not _beside_light(plane, i, j):
-                        part, of_beam = 0.0, 0.0
+                    lit, of_beam = _below(1.0 - nearness - moved, a, b), _below(1.0 - nearness, a, b)
+                    if nearness >= 1.0 and lit + of_beam > 0.0 and not _beside_light(plane, i, j):
+                        lit, of_beam = 0.0, 0.0
                     if of_beam < 1.0 and a > 0.0:
                         ds, dt = -0.5 * (1.0 - of_beam) * right / a, -0.5 * (1.0 - of_beam) * up / a
-                coverage[f, c, i, j], weight[f, c, i, j] = part, of_beam
+                coverage[f, c, i, j], weight[f, c, i, j] = lit, of_beam
                 centre[0, f, c, i, j], centre[1, f, c, i, j] = ds, dt
                 if mirrored and other != j:
-                    coverage[f, c, i, other], weight[f, c, i, other] = part, of_beam
+                    coverage[f, c, i, other], weight[f, c, i, other] = lit, of_beam
                     centre[0, f, c, i, other], centre[1, f, c, i, other] = -ds, dt
 
 
@@ -119,10 +119,10 @@ def towards_centroids(values, weight, centre, out):
         for i in range(values.shape[1]):
             for j in range(values.shape[2]):
                 ds, dt = centre[0, f, i, j], centre[1, f, i, j]
-                here = values[f, i, j]
+                value = values[f, i, j]
                 if ds != 0.0 or dt != 0.0:
-                    here += 0.5 * (ds * _limited_slope(values[f], i, j, 1) + dt * _limited_slope(values[f], i, j, 0))
-                out[f, i, j] = here if weight[f, i, j] > 0.0 else 0.0
+                    value += 0.5 * (ds * _limited_slope(values[f], i, j, 1) + dt * _limited_slope(values[f], i, j, 0))
+                out[f, i, j] = value if weight[f, i, j] > 0.0 else 0.0
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -150,15 +150,15 @@ def cell_slope(level, i, j, axis):
     """Change of a level per cell along an axis, from the neighbours that are finite; 0 where there is none."""
     di, dj = (1, 0) if axis == 0 else (0, 1)
     rows, columns = level.shape
-    here = level[i, j]
+    middle = level[i, j]
     after = level[i + di, j + dj] if i + di < rows and j + dj < columns else np.nan
     before = level[i - di, j - dj] if i >= di and j >= dj else np.nan
     has_after, has_before = abs(after) < np.inf, abs(before) < np.inf
     if has_after and has_before:
         return 0.5 * (after - before)
     if has_after:
-        return after - here
-    return here - before if has_before else 0.0
+        return after - middle
+    return middle - before if has_before else 0.0
 
 
 LARGEST = 20.0          # × the median of the open cells: of lenses in use the light of a cell is at most six times it
@@ -299,8 +299,8 @@ def _cells(beams: FieldBeams, boxes: np.ndarray, pupil: int, wide: np.ndarray) -
     grid = boxes[..., :1] + share * (boxes[..., 1:] - boxes[..., :1])
     if beams.mirrored:
         grid[:, 0] = 0.5 * (grid[:, 0] - grid[:, 0, ::-1])
-    s, t = (np.ascontiguousarray(np.broadcast_to(each, (len(grid), pupil, pupil)))
-            for each in (grid[:, 0, None, :], grid[:, 1, :, None]))
+    s, t = (np.ascontiguousarray(np.broadcast_to(coordinate, (len(grid), pupil, pupil)))
+            for coordinate in (grid[:, 0, None, :], grid[:, 1, :, None]))
     places, level = beams.grid_towards_scene(s, t)
     open_ = np.empty((len(grid), 1, pupil, pupil))
     cover(level[:, None], 0, s[:, None], t[:, None], grid, beams.mirrored, open_, np.empty_like(open_),
@@ -364,9 +364,9 @@ def _elsewhere(beams: FieldBeams, cells: Cells, landed: Landed, primary: int) ->
     of_field, ray = np.nonzero(out & lit.any((1, 2))[:, None])
     places = low[of_field, 0] + (high - low)[of_field, 0] * sought[ray, None]
     _, victim = beams.forward(beams.wavelength, of_field, beams.starts(of_field, places))
-    found = np.zeros(count, bool)
-    found[of_field[victim == -1]] = True
-    return found
+    beyond = np.zeros(count, bool)
+    beyond[of_field[victim == -1]] = True
+    return beyond
 
 
 def _folded(cells: Cells, landed: Landed, primary: int) -> np.ndarray:
@@ -395,22 +395,22 @@ def _landed(beams: FieldBeams, cells: Cells, wavelengths: tuple[float, ...]) -> 
         made.chief[:, c] = beams.on_axes(beams.chief_of(wavelengths[c]).images - beams.chief.images)
         beams.forward_program(wavelengths[c])
 
-    def trace(at: tuple[int, slice]) -> None:
+    def trace(colour_and_fields: tuple[int, slice]) -> None:
         """Fill the arrays of one wavelength for some fields."""
-        c, some = at
-        part = slice(*np.searchsorted(of_field, (some.start, some.stop)))
+        c, some = colour_and_fields
+        rays = slice(*np.searchsorted(of_field, (some.start, some.stop)))
         made.rows[:, some, c], made.victim[some, c] = nan, -2
-        landed, victim = beams.forward(wavelengths[c], of_field[part], starts[:, part])
-        _scatter(landed, victim, cells.keep[part], c, mirrored, made.rows, made.victim)
+        landed, victim = beams.forward(wavelengths[c], of_field[rays], starts[:, rays])
+        _scatter(landed, victim, cells.keep[rays], c, mirrored, made.rows, made.victim)
         level, own_s, own_t = (made.rows[k, some] for k in (LEVEL, PUPIL_S, PUPIL_T))
         cover(level, c, own_s, own_t, cells.grid[some], mirrored, made.coverage[some], made.weight[some],
               made.open_centre[:, some])
 
     colours, half = range(len(wavelengths)), count // 2
     parts = [slice(0, count)] if count < MANY else [slice(0, half), slice(half, count)]
-    each = each_in_turn if of_field.size * len(wavelengths) < FEW else each_of
-    each(find_chief, colours)
-    each(trace, [(c, some) for c in colours for some in parts])
+    run = each_in_turn if of_field.size * len(wavelengths) < FEW else each_of
+    run(find_chief, colours)
+    run(trace, [(c, some) for c in colours for some in parts])
     dark = np.broadcast_to((cells.beam == 0.0)[:, None], shape)
     made.coverage[dark], made.weight[dark] = 0.0, 0.0
     return made

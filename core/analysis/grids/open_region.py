@@ -42,8 +42,8 @@ def open_boxes(beams: FieldBeams, conditions: Conditions) -> tuple[np.ndarray, l
     scans = np.stack([beams.chief_pupil - half, beams.chief_pupil + half], -1)
     _bound(beams, known, scans.copy(), boxes)
     dark = known[np.isnan(boxes[known, 0, 0])]
-    found = _narrow(beams, dark, scans)
-    _bound(beams, found, scans, boxes)
+    narrow = _narrow(beams, dark, scans)
+    _bound(beams, narrow, scans, boxes)
     boxes[beams.beyond_the_plane] = nan
     findings = []
     dark, missed = ~np.isfinite(boxes).all((1, 2)), ~np.isfinite(half).all(1)
@@ -61,8 +61,8 @@ def _levels(beams: FieldBeams, which: np.ndarray, scans: np.ndarray) -> np.ndarr
     """Levels (n, COARSE, COARSE) of fields (n,) at the middles of the cells of scans (n, 2, 2); see `towards_scene`."""
     cell = (np.arange(COARSE) + 0.5) / COARSE
     s, t = (low[:, None] + cell * (high - low)[:, None] for low, high in scans.transpose(1, 2, 0))
-    s, t = (np.ascontiguousarray(np.broadcast_to(each, (len(which), COARSE, COARSE)))
-            for each in (s[:, None, :], t[:, :, None]))
+    s, t = (np.ascontiguousarray(np.broadcast_to(coordinate, (len(which), COARSE, COARSE)))
+            for coordinate in (s[:, None, :], t[:, :, None]))
     return beams.only(which).grid_towards_scene(s, t)[1]
 
 
@@ -95,7 +95,7 @@ def _narrow(beams: FieldBeams, left: np.ndarray, scans: np.ndarray) -> np.ndarra
 
     The greatest share of a rim has one least value over the pupil: the scans close in on it.
     """
-    found: list[int] = []
+    lit: list[int] = []
     for _ in range(CLOSER):
         if not left.size:
             break
@@ -106,9 +106,9 @@ def _narrow(beams: FieldBeams, left: np.ndarray, scans: np.ndarray) -> np.ndarra
         if beams.mirrored:                              # the least value lies on the meridian
             middle[:, 0] = 0.0
         scans[left] = np.stack([middle - ABOUT * cell, middle + ABOUT * cell], -1)
-        found += left[least < 1.0].tolist()
+        lit += left[least < 1.0].tolist()
         left = left[(least >= 1.0) & (least < inf)]
-    return np.array(found, int)
+    return np.array(lit, int)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
@@ -122,25 +122,25 @@ def _bounds(level, out):
         low_s, high_s, low_t, high_t = np.inf, -np.inf, np.inf, -np.inf
         for i in range(rows):
             for j in range(columns):
-                here = level[f, i, j]
-                if not here < 1.0:
+                value = level[f, i, j]
+                if not value < 1.0:
                     continue
                 s, t = j + 0.5, i + 0.5
-                low_s = min(low_s, s - (_part(here, level[f, i, j - 1]) if j > 0 else 0.5))
-                high_s = max(high_s, s + (_part(here, level[f, i, j + 1]) if j < columns - 1 else 0.5))
-                low_t = min(low_t, t - (_part(here, level[f, i - 1, j]) if i > 0 else 0.5))
-                high_t = max(high_t, t + (_part(here, level[f, i + 1, j]) if i < rows - 1 else 0.5))
-        found = high_s > low_s
-        out[f, 0], out[f, 1] = (low_s - 0.5, high_s + 0.5) if found else (np.nan, np.nan)
-        out[f, 2], out[f, 3] = (low_t - 0.5, high_t + 0.5) if found else (np.nan, np.nan)
+                low_s = min(low_s, s - (_part(value, level[f, i, j - 1]) if j > 0 else 0.5))
+                high_s = max(high_s, s + (_part(value, level[f, i, j + 1]) if j < columns - 1 else 0.5))
+                low_t = min(low_t, t - (_part(value, level[f, i - 1, j]) if i > 0 else 0.5))
+                high_t = max(high_t, t + (_part(value, level[f, i + 1, j]) if i < rows - 1 else 0.5))
+        lit = high_s > low_s
+        out[f, 0], out[f, 1] = (low_s - 0.5, high_s + 0.5) if lit else (np.nan, np.nan)
+        out[f, 2], out[f, 3] = (low_t - 0.5, high_t + 0.5) if lit else (np.nan, np.nan)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _part(here, there):
+def _part(value, there):
     """Place of the level 1 between a cell inside and its neighbour, in cells: at most 1."""
     if not there < np.inf:
         return 1.0
-    return 1.0 if there <= 1.0 else (1.0 - here) / (there - here)
+    return 1.0 if there <= 1.0 else (1.0 - value) / (there - value)
 
 
 ACROSS = 8              # points across a cell
@@ -166,8 +166,8 @@ class StopTransmission(NamedTuple):
 def stop_transmission(beams: FieldBeams, grid: np.ndarray, image: StopImage) -> StopTransmission:
     """Means over the cells of a grid (F, 2, N) of the exit pupil; 0 where no ray meets the stop."""
     fields, _, n = grid.shape
-    s, t = (np.ascontiguousarray(np.broadcast_to(each, (fields, n, n)))
-            for each in (grid[:, 0, None, :], grid[:, 1, :, None]))
+    s, t = (np.ascontiguousarray(np.broadcast_to(coordinate, (fields, n, n)))
+            for coordinate in (grid[:, 0, None, :], grid[:, 1, :, None]))
     middle = beams.on_stop(s, t)
     steps = (grid[:, :, 1] - grid[:, :, 0])[:, None, :] * beams.stop_slopes         # (F, 2, 2), in stop radii a cell
     light, amplitude, within = (np.zeros((fields, n, n)) for _ in range(3))

@@ -204,8 +204,8 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
 
     # Find the chief rays and, from the film, the open regions of the exit pupil
     line, distance = conditions.primary_wavelength, conditions.object_distance
-    wanted, by_image = wanted_chief_rays(lens, conditions)
-    chief = find_chief_rays(lens, film_distance, wanted, distance, by_image, line)
+    aims, by_image = wanted_chief_rays(lens, conditions)
+    chief = find_chief_rays(lens, film_distance, aims, distance, by_image, line)
     beams = FieldBeams.of(lens, film_distance, chief, distance, line)
     boxes, findings = open_boxes(beams, conditions)
 
@@ -225,12 +225,12 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
     uneven, steep = _rim_shares(landed, weight, conditions.primary) > RIM / pupil, np.empty(len(boxes))
     _steep_shares(rows, cells.grid, coverage, victim, conditions.primary, steep)
     if image is not None:
-        seen = stop_transmission(beams, cells.grid, image)
-        open_area *= _mean(seen.light, cells.open_)
-        weight *= seen.light[:, None]
-        coverage *= seen.open_part[:, None]
-        intensity *= seen.dimming[:, None]
-        victim[(victim == -1) & (seen.light[:, None] == 0.0)] = lens.stop_index
+        image_light = stop_transmission(beams, cells.grid, image)
+        open_area *= _mean(image_light.light, cells.open_)
+        weight *= image_light.light[:, None]
+        coverage *= image_light.open_part[:, None]
+        intensity *= image_light.dimming[:, None]
+        victim[(victim == -1) & (image_light.light[:, None] == 0.0)] = lens.stop_index
         weight /= _mean(weight, weight > 0.0)[..., None, None]
         intensity /= _mean(intensity, coverage[:, conditions.primary, None] > 0.0)[..., None, None]
 
@@ -247,7 +247,7 @@ def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: in
         launched=within.sum((2, 3)), lost=lost,
         findings=(*conditions.findings, *findings))
     if not made.lit.any():
-        reasons = [str(each) for each in findings if each.kind is Kind.DARK]
+        reasons = [str(finding) for finding in findings if finding.kind is Kind.DARK]
         raise LensError("; ".join(reasons) or "no light of these fields reaches the film")
     return made
 
@@ -277,32 +277,32 @@ def _findings(conditions: Conditions, incomplete: np.ndarray, uneven: np.ndarray
 
     beyond: fields from beyond 90°, which a plane object does not light.
     """
-    found = []
+    findings = []
     if incomplete.any():
         fields = np.flatnonzero(incomplete)
-        found.append(Finding(Kind.SAMPLING, None, "strong aberrations: the rays of the grid miss a part of the light "
-                             f"of {field_names(conditions, fields)}", figures={"fields": float(fields.size)}))
+        findings.append(Finding(Kind.SAMPLING, None, "strong aberrations: the rays of the grid miss a part of the "
+                                f"light of {field_names(conditions, fields)}", figures={"fields": float(fields.size)}))
     if uneven.any():
         fields = np.flatnonzero(uneven)
-        found.append(Finding(Kind.SAMPLING, None, "rays at the edge of the pupil land far from the others: spots and "
-                             f"contrast of {field_names(conditions, fields)} need more points across the pupil",
-                             figures={"uneven": float(fields.size)}))
+        findings.append(Finding(Kind.SAMPLING, None, "rays at the edge of the pupil land far from the others: spots "
+                                f"and contrast of {field_names(conditions, fields)} need more points across the pupil",
+                                figures={"uneven": float(fields.size)}))
     if steep.any():
         fields = np.flatnonzero(steep)
-        found.append(Finding(Kind.SAMPLING, None, "the wavefront bends steeply at the edge of the pupil: its rms, its "
-                             f"Strehl ratio and the PSF of {field_names(conditions, fields)} need more points across "
-                             "the pupil", figures={"steep": float(fields.size)}))
+        findings.append(Finding(Kind.SAMPLING, None, "the wavefront bends steeply at the edge of the pupil: its rms, "
+                                f"its Strehl ratio and the PSF of {field_names(conditions, fields)} need more points "
+                                "across the pupil", figures={"steep": float(fields.size)}))
     if (dark & beyond).any():
         fields = np.flatnonzero(dark & beyond)
-        found.append(Finding(Kind.DARK, None, f"{field_names(conditions, fields)} look beyond 90°, where a plane "
-                             "object has no point: these fields are dark. An object at infinity lights them",
-                             figures={"fields": float(fields.size)}))
+        findings.append(Finding(Kind.DARK, None, f"{field_names(conditions, fields)} look beyond 90°, where a plane "
+                                "object has no point: these fields are dark. An object at infinity lights them",
+                                figures={"fields": float(fields.size)}))
     if (dark & ~beyond).any():
         fields = np.flatnonzero(dark & ~beyond)
-        found.append(Finding(Kind.DARK, None, "rims end all rays of the object points whose chief rays meet "
-                             f"{field_names(conditions, fields)}: these fields are dark",
-                             figures={"fields": float(fields.size)}))
-    return found
+        findings.append(Finding(Kind.DARK, None, "rims end all rays of the object points whose chief rays meet "
+                                f"{field_names(conditions, fields)}: these fields are dark",
+                                figures={"fields": float(fields.size)}))
+    return findings
 
 
 def _rim_shares(landed: Landed, weight: np.ndarray, primary: int) -> np.ndarray:
@@ -332,20 +332,20 @@ def _steep_shares(rows, grid, coverage, victim, primary, out):
         for again in range(2):
             for i in range(n):
                 for j in range(n):
-                    part = coverage[f, primary, i, j]
+                    share = coverage[f, primary, i, j]
                     w = (rows[OPD, f, primary, i, j]
                          + rows[OFFSET_S, f, primary, i, j] * (grid[f, 0, j] - rows[PUPIL_S, f, primary, i, j])
                          + rows[OFFSET_T, f, primary, i, j] * (grid[f, 1, i] - rows[PUPIL_T, f, primary, i, j]))
-                    if not (part > 0.0 and abs(w) < inf):
+                    if not (share > 0.0 and abs(w) < inf):
                         continue
                     if again == 0:
-                        total += part
-                        mean += part * w
+                        total += share
+                        mean += share * w
                     else:
-                        here = part * (w - mean) ** 2
-                        square += here
+                        square_share = share * (w - mean) ** 2
+                        square += square_share
                         if victim[f, primary, i, j] >= 0:
-                            beyond += here
+                            beyond += square_share
             mean = mean / total if again == 0 and total > 0.0 else mean
         out[f] = beyond / square if square > 0.0 else 0.0
 
