@@ -3,7 +3,6 @@
 import os
 import re
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -101,7 +100,7 @@ def save(lens: "Lens | LensDocument", path: str | os.PathLike[str]) -> tuple[Fin
         LensFileError: No format with this suffix can be written, or the place cannot; or the file would not open again.
     """
     from lensbench.lenses.editing.document import LensDocument
-    from lensbench.lenses.editing.document_text import lost_edits, to_text
+    from lensbench.lenses.editing.document_text import lost_edits, with_edits
 
     path = Path(path)
     writer = writer_of(path)
@@ -112,7 +111,8 @@ def save(lens: "Lens | LensDocument", path: str | os.PathLike[str]) -> tuple[Fin
                                            "lenses.load_document keeps them"))
     if path.suffix.lower() == ".toml":
         kept, placed = with_picture_beside(document.lens, path)
-        text, remarks = to_text(replace(document, lens=kept)), [*remarks, *placed]
+        text, lost = writer(kept)
+        text, remarks = with_edits(text, document), [*remarks, *placed, *lost]
     else:
         text, lost = writer(document.lens.with_round_stop)
         remarks += [*lost, *lost_edits(document)]

@@ -34,7 +34,12 @@ TABLES = ("comments", "solves", "pickups")
 
 def to_text(document: LensDocument) -> str:
     """The document as the text of a lens file (TOML)."""
-    lines = [toml_format.write(document.lens)[0].rstrip("\n")]
+    return with_edits(toml_format.write(document.lens)[0], document)
+
+
+def with_edits(text: str, document: LensDocument) -> str:
+    """The text of its lens with the comments, solves and pickups of a document."""
+    lines = [text.rstrip("\n")]
     if document.comments:
         lines += ["", "[comments]", *(f"{i} = {quoted(text)}" for i, text in enumerate(document.comments) if text)]
     for solve in document.solves:

@@ -81,7 +81,6 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         remarks.append(note(Kind.GLASS, f"{of}: known by n_d and V_d, and not as a catalogue has it, the glass is "
                                         "written by these numbers, its name as a comment",
                             by_numbers[0] if len(by_numbers) == 1 else None))
-    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if title != lens.name:
         remarks.append(note(Kind.TEXT, "the name is written in one short line, without quotes"))
     remarks += configurations.lost_positions(stations, _short)

@@ -301,7 +301,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     lines += ["[aspherical data]", *bent] if bent else []
     notes = " ".join(lens.notes.split())
     lines += ["[notes]", notes] if notes else []
-    remarks += media.left_out(lens, "kind", "year", "source") + left + _lost_fields(lens)
+    remarks += left + _lost_fields(lens)
     if any(station.name for station in stations):
         remarks.append(note(Kind.POSITION, "left out: the names of its positions"))
     if title != lens.name or notes != lens.notes:

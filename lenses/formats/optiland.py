@@ -259,7 +259,6 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     data = {
         "version": 1.0, "name": lens.name, **_system_data(system, 2.0 * lens.stop.semi_diameter, remarks),
         "pickups": [], "solves": {"solves": []}, "surface_group": {"surfaces": surfaces}}
-    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     return text_of(data) + "\n", remarks
 
 

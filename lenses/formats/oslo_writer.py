@@ -42,7 +42,6 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
     lines += [f"NXT  // SRF {len(lens.surfaces) + 1}", "AIR",
               *_wavelength_lines(system, bool(lens.system.wavelengths), remarks),
               *_configuration_lines(lens, stations, system.aperture), f"END {len(lens.surfaces) + 1}", ""]
-    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if name != lens.name:
         remarks.append(note(Kind.TEXT, "the name is written short, without quotes and without words that are numbers, "
                                        "as OSLO needs it"))

@@ -20,7 +20,6 @@ from lensbench.core.optics.lens_surface import Surface
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import significant
 from lensbench.lenses.file_error import LensFileError, RowError, located, number
-from lensbench.lenses.glass.media import left_out
 from lensbench.lenses.tables.paraxial import count_faults, sag
 from lensbench.lenses.tables.rows import radius_text, stop_of, surface
 
@@ -161,7 +160,4 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         remarks.append(note(Kind.GLASS, "names of glasses are left out"))
     if lens.name or lens.kind or lens.year or lens.source or lens.notes:
         remarks.append(note(Kind.TEXT, "name, kind, year, source and notes are written as comments"))
-    if lens.stated_efl is not None or lens.stated_f_number is not None:
-        remarks.append(note(Kind.LEFT_OUT, "the stated focal length and f-number are left out"))
-    remarks += left_out(lens)
     return "\n".join([*lines, ""]), remarks

@@ -286,7 +286,6 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
         "optical_spec": _specification(system, 2.0 * lens.stop.semi_diameter),
         "profile_dict": {str(i): _wrapped("rayoptics.elem.profiles", *profile) for i, profile in enumerate(profiles)},
         "parts_dict": {}}
-    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number", "notes")
     if title != lens.name:
         remarks.append(note(Kind.TEXT, "the name is written in one line"))
     return text_of({"optical_model": _wrapped("rayoptics.optical.opticalmodel", "OpticalModel", model)}) + "\n", remarks

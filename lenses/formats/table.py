@@ -9,13 +9,14 @@ from lensbench.core.optics.prescription import Lens
 from lensbench.lenses.file_error import LensFileError, RowError
 from lensbench.lenses.formats import (
     codev, codev_writer, deeplens, flaresim, lens_explorer, lenshh, lensoptics, optical_bench, optiland, oslo,
-    oslo_writer, pbrt_format, rayoptics, toml_format, zemax, zemax_writer
+    oslo_writer, pbrt_format, rayoptics, toml_format, toml_header, zemax, zemax_writer
 )
-from lensbench.lenses.tables.shapes import COMMON, ROTATIONAL, lost_poses, lost_shapes
-from lensbench.lenses.tables.system_text import WHOLE, lost_system
+from lensbench.lenses.formats.losses import (
+    COMMON, NAMED, ROTATIONAL, STOP, SYSTEM, TITLED, lost_fields, lost_poses, lost_shapes, lost_system
+)
 
 Reader = Callable[[str, str], Lens]                         # text and path → lens; LensFileError
-Writer = Callable[[Lens], tuple[str, Sequence[Finding]]]    # lens → text, and findings about losses other than shapes
+Writer = Callable[[Lens], tuple[str, Sequence[Finding]]]    # lens → text, and findings about losses of its own
 TORUS = "the torus of the same two curvatures is written"
 
 
@@ -27,9 +28,10 @@ class Format:
         suffix: Of its files, with the dot.
         name: Of the program, shown to the user.
         read: (text, path) → Lens; LensFileError names the path, the line and the mistake.
-        write: lens → text, and findings about losses other than those below; None for a format that is only read.
+        write: lens → text, and findings about losses that its row does not tell; None for a format that is only read.
         shapes: Surfaces that it holds.
         instead: What is written instead of other surfaces.
+        fields: Of `Lens` and `Surface`, those that it holds besides the ones that every format has, see `lost_fields`.
         system: Parts of the system data that it holds, see `lost_system`.
         has_positions: Whether it holds the zoom and focus positions of a lens.
         has_poses: Whether it holds the decentres and tilts of surfaces.
@@ -43,7 +45,8 @@ class Format:
     write: Writer | None = None
     shapes: frozenset[Shape] = COMMON
     instead: str = "its other terms are written"
-    system: frozenset[str] = WHOLE
+    fields: frozenset[str] = NAMED
+    system: frozenset[str] = SYSTEM
     has_positions: bool = True
     has_poses: bool = False
     is_utf8: bool = False
@@ -59,24 +62,28 @@ class Format:
         """
         assert self.write is not None, f"{self.name} files are only read"
         text, remarks = self.write(lens)
-        findings = [*lost_shapes(lens, self.shapes, self.instead), *remarks, *lost_system(lens.system, self.system)]
+        findings = [*lost_shapes(lens, self.shapes, self.instead), *remarks, *lost_fields(lens, self.fields),
+                    *lost_system(lens.system, self.system)]
         if not self.has_poses:
             findings += lost_poses(lens)
         if lens.positions is not None and not self.has_positions:
             findings.append(note(Kind.POSITION, "its zoom and focus positions are left out: the lens is written in the "
-                                                "present one"))
+                                                "current one"))
         return text, tuple(dict.fromkeys(findings))
 
 
+OWN = frozenset({*toml_header.FIELDS.values(), *STOP, "front_index", "coating"})
 FORMATS = (
-    Format(".toml", "lensbench", toml_format.read, toml_format.write, has_poses=True, is_utf8=True),
+    Format(".toml", "lensbench", toml_format.read, toml_format.write, fields=OWN, has_poses=True, is_utf8=True),
     Format(".dat", "pbrt", pbrt_format.read, pbrt_format.write, frozenset({Shape.SPHERE}),
-           "its sphere alone is written", frozenset(), has_positions=False, is_utf8=True),
-    Format(".zmx", "Zemax", zemax.read, zemax_writer.write, has_poses=True),
+           "its sphere alone is written", TITLED | {"kind", "year", "source"}, frozenset(), has_positions=False,
+           is_utf8=True),
+    Format(".zmx", "Zemax", zemax.read, zemax_writer.write, fields=TITLED, has_poses=True),
     Format(".seq", "CODE V", codev.read, codev_writer.write, COMMON - {Shape.ASPHERE},
            "its terms in r⁴, r⁶ … alone are written", has_poses=True),
     Format(".txt", "Optical Bench", optical_bench.read, optical_bench.write, ROTATIONAL,
-           "only its section y–z is written", frozenset({"fields", "object distance"})),
+           "only its section y–z is written", TITLED | {"stated_efl", "stated_f_number"},
+           frozenset({"fields", "object distance"})),
     Format(".len", "OSLO", oslo.read, oslo_writer.write, COMMON - {Shape.TOROID}, TORUS),
     Format(".json", "Lens Explorer", lens_explorer.read, recognises=lens_explorer.is_one),
     Format(".json", "DeepLens", deeplens.read, recognises=deeplens.is_one),

@@ -51,8 +51,8 @@ from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import excerpt
 from lensbench.lenses.file_error import LensFileError, RowError, located, number
 from lensbench.lenses.formats import toml_header, toml_tables
+from lensbench.lenses.formats.losses import without_picture
 from lensbench.lenses.formats.toml_header import digits, line_of, listed, parse, quoted
-from lensbench.lenses.glass.media import without_picture
 from lensbench.lenses.stop_picture import picture_beside
 from lensbench.lenses.tables.rows import check_sizes, curvature, radius_text, stop_of, surface
 

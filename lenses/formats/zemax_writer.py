@@ -72,7 +72,6 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
             lines += [f"SURF {number}", *_break_lines(lens.vertex(moved[0]), axes_at(lens, i), ways[number], back=True)]
     lines += [f"SURF {number + 1}", "  TYPE STANDARD", "  CURV 0", "  DISZ 0",
               *_configuration_lines(lens, stations, system.aperture, number_of), ""]
-    remarks += media.left_out(lens, "kind", "year", "source", "stated_efl", "stated_f_number")
     if lens.name != " ".join(lens.name.split()).strip('"') or lens.notes != " ".join(lens.notes.split()):
         remarks.append(note(Kind.TEXT, "name and notes are written in one line each"))
     remarks += configurations.lost_positions(stations, _plain)

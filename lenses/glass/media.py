@@ -7,7 +7,6 @@ from math import sqrt
 
 from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.glass import AIR, C_LINE, D_LINE, F_LINE, Glass, GlassError, from_formula
-from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import fixed, significant
 from lensbench.lenses.file_error import RowError
 from lensbench.lenses.glass import catalogue as glass_catalogue
@@ -234,38 +233,3 @@ def glass_loss(glass: Glass, i: int, with_maker: bool = False,
     else:
         lost = f"of the dispersion of {glass.name or 'a glass'} only n_d and V_d are written"
     return [note(Kind.GLASS, f"surface {i}: {lost}", i)] if lost else []
-
-
-def without_picture(lens: Lens) -> Finding:
-    """The finding about a picture in the stop, which no other format holds."""
-    return note(Kind.STOP, "the picture in the stop is left out: it is written as the circle about it", lens.stop_index)
-
-
-def _beyond_surfaces(lens: Lens) -> list[Finding]:
-    """Findings about properties that no other format holds: blades of the stop, coatings, the index in front."""
-    remarks = []
-    coated = [i for i, surface in enumerate(lens.surfaces) if surface.coating is not None]
-    if coated:
-        remarks.append(note(Kind.LEFT_OUT, f"the coatings of {len(coated)} of {len(lens.surfaces)} surfaces are left "
-                                           "out", coated[0] if len(coated) == 1 else None))
-    if lens.stop_image is not None:
-        remarks.append(without_picture(lens))
-    elif lens.blades and lens.roundness < 1.0:
-        remarks.append(note(Kind.STOP, "the blades of the stop are left out: it is written as a circle of equal area",
-                            lens.stop_index))
-    if lens.front_index != 1.0:
-        remarks.append(note(Kind.LEFT_OUT, f"the index {significant(lens.front_index)} before the lens is left out: it "
-                                           f"is written as in air", index=lens.front_index))
-    return remarks
-
-
-def left_out(lens: Lens, *fields: str) -> list[Finding]:
-    """The finding about texts and figures of a lens that a format cannot hold, and those that only TOML holds."""
-    words = {"kind": "kind", "year": "year", "source": "source", "notes": "notes", "name": "name",
-             "stated_efl": "stated focal length", "stated_f_number": "stated f-number"}
-    words = {field: words[field] for field in fields} | {
-        "maker": "maker", "designer": "designer", "patent": "patent", "film_size": "film size",
-        "estimates": "what is estimated"}
-    lost = [word for field, word in words.items() if getattr(lens, field) not in ("", None)]
-    return [*([note(Kind.LEFT_OUT, f"left out: {', '.join(lost)}")] if lost else []), *_beyond_surfaces(lens)]
-

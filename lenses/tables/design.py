@@ -19,12 +19,11 @@ from lensbench.core.optics.system import (
 )
 from lensbench.core.text import significant
 from lensbench.lenses.file_error import LensFileError, RowError, located
-from lensbench.lenses.tables import shapes
 from lensbench.lenses.tables.aperture import axial_ray, estimate_rims, with_stated_aperture
 from lensbench.lenses.tables.axes import START, AxesError, Break, alike, in_one_line
 from lensbench.lenses.tables.paraxial import FAR, focal_length, reference_wavelength
 from lensbench.lenses.tables.row_solves import RowSolve, doubts
-from lensbench.lenses.tables.rows import check_sizes, stop_of
+from lensbench.lenses.tables.rows import check_sizes, stop_of, toroid_finding
 from lensbench.lenses.tables.stations import Solve, Station, solved, with_stations
 
 MOST_SURFACES = 1000
@@ -181,7 +180,7 @@ class Design:
                                   tuple(row.aspheric.items()), row.curvature_x, curvature=row.curvature, pose=row.pose)
                 made.append(surface.scaled(self.unit) if self.unit != 1.0 else surface)
                 check_sizes(made[-1])
-                finding = shapes.finding(row.toroid, made[-1], len(made) - 1)
+                finding = toroid_finding(row.toroid, made[-1], len(made) - 1)
                 if finding:
                     self.findings.append(finding)
             except (LensError, PoseError, RowError, ArithmeticError) as error:

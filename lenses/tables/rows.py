@@ -1,18 +1,27 @@
 """Checked surfaces from the rows of a lens table: numbers, curvatures from radii, and the stop.
 
 Lengths in mm. Every reader uses these functions, so that the same mistake gives the same message in every format.
+
+Toroids of other programs' files: three shapes share two curvatures, and lensbench traces the biconic one.
+
+    biconic         z = A / (1 + √(1 − c_x² x² − c_y² y²)), A = c_x x² + c_y y²
+    torus           the arc of the section y–z, turned about an axis along y
+    torus about x   the arc of the section x–z, turned about an axis along x
+    arcs            the sum of the arcs of both sections
+
+They agree in both sections, and everywhere where one of them is straight: a cylinder.
 """
 
 from collections.abc import Sequence
 from decimal import Context, Decimal
-from math import inf, isinf
+from math import cos, inf, isinf, pi, sin, sqrt
 
 from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.glass import Glass
 from lensbench.core.optics.lens_surface import Surface
 from lensbench.core.text import significant
 from lensbench.lenses.file_error import RowError, number
-from lensbench.lenses.tables.paraxial import axial_heights
+from lensbench.lenses.tables.paraxial import axial_heights, sag
 
 SMALLEST_RADIUS = 1e-6      # mm
 SMALLEST_RIM, LARGEST = 1e-9, 1e9       # mm: largest length in a lens, so that its powers stay finite
@@ -122,3 +131,38 @@ def _stop_of(surfaces: tuple[Surface, ...], marked: list[int]) -> tuple[int, tup
     return index, (note(Kind.STOP, f"{len(marked)} stops are marked, surfaces {', '.join(map(str, marked))}: "
                                    f"surface {index} limits the light and is the stop", index),)
 
+
+TOROIDS = {"torus": "a torus", "torus about x": "a torus", "arcs": "the sum of two arcs"}
+POINTS = 24
+
+
+def toroid_finding(kind: str, surface: Surface, i: int) -> Finding | None:
+    """The finding about surface i (mm) if its file means another toroid than the biconic one, else None."""
+    if kind not in TOROIDS or not surface.curvature or not surface.curvature_x:
+        return None
+    away = _departure(kind, surface)
+    return note(Kind.SHAPE, f"surface {i}: {TOROIDS[kind]} in the file, it is traced as the biconic toroid of the same "
+                            f"two curvatures, {significant(away, 2)} mm from it at the edge", i, departure=away)
+
+
+def _departure(kind: str, surface: Surface) -> float:
+    """Largest distance (mm) along the axis between this kind of toroid and the biconic one, around the rim."""
+    worst, h = 0.0, surface.semi_diameter
+    for i in range(POINTS + 1):
+        x, y = h * sin(0.5 * pi * i / POINTS), h * cos(0.5 * pi * i / POINTS)
+        worst = max(worst, abs(_toroid_sag(kind, surface, x, y) - _toroid_sag("biconic", surface, x, y)))
+    return worst
+
+
+def _toroid_sag(kind: str, surface: Surface, x: float, y: float) -> float:
+    """Sag (mm) of a toroid; that of its equator for heights beyond."""
+    across, c = surface.curvature_x or 0.0, surface.curvature
+    if kind == "biconic":
+        return (across * x * x + c * y * y) / (1.0 + sqrt(max(0.0, 1.0 - (across * x) ** 2 - (c * y) ** 2)))
+    if kind == "arcs":
+        return sag(across, x) + sag(c, y)
+    if kind == "torus about x":
+        x, y, across, c = y, x, c, across
+    profile = sag(c, y)
+    reach = 1.0 - across * profile                      # of the axis, in its radius: 0 where the surface meets it
+    return profile + (sag(across / reach, x) if reach else 0.0)

@@ -72,7 +72,6 @@ def _several(values: Sequence[float]) -> str:
 
 AXIS = (FieldPoint(0.0, 0.0),)
 PARTS = (0.0, 0.7, 1.0)                   # of the film's half-diagonal
-WHOLE = frozenset({"aperture", "fields", "wavelengths", "object distance"})
 LEAST_PUPIL, MOST_PUPIL = 1e-12, 1e12     # mm: a larger one is that of a telecentric lens, but for rounding
 LINES = (Wavelength(F_LINE), Wavelength(D_LINE), Wavelength(C_LINE))
 Holds = Callable[[ApertureKind, float], bool]       # kind of aperture, object distance → whether the format states it
@@ -166,12 +165,3 @@ def _agrees(case: tuple[Sequence[Surface], float, float], stop: int, kind: Apert
         return True
     asked = stop_radius(surfaces, stop, kind, value, distance, wavelength)
     return asked is not None and abs(asked - radius) <= SAME * radius
-
-
-def lost_system(system: SystemData, written: frozenset[str]) -> list[Finding]:
-    """The finding about system data of a lens that a format does not hold; written: of the words of WHOLE."""
-    none = SystemData()
-    has = {"aperture": system.aperture is not None, "fields": bool(system.fields),
-           "wavelengths": bool(system.wavelengths), "object distance": system.object_distances != none.object_distances}
-    lost = [word for word, is_stated in has.items() if is_stated and word not in written]
-    return [note(Kind.LEFT_OUT, f"left out of its system data: {', '.join(lost)}")] if lost else []

@@ -1,7 +1,8 @@
 """Every format to every other, on the whole library: the same lens to the last digit, or a finding for each loss."""
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from enum import Enum
 from itertools import product
 
 import pytest
@@ -189,3 +190,40 @@ def test_a_pose_is_kept_to_the_last_bit_or_its_loss_is_named():
             assert found.is_centred and named == [2, 3], row.suffix
         else:
             assert not found.is_centred and not named, row.suffix
+
+
+@dataclass(frozen=True)
+class NumberedLens(Lens):
+    """A lens with a field that no format knows."""
+
+    serial_number: str = ""
+
+
+@dataclass(frozen=True, init=False)
+class PaintedSurface(Surface):
+    """A surface with a field that no format knows."""
+
+    edge_paint: str = ""
+
+    def __init__(self, *values, edge_paint="", **named):
+        super().__init__(*values, **named)
+        object.__setattr__(self, "edge_paint", edge_paint)
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_a_new_field_of_a_lens_or_surface_is_reported_until_a_format_lists_it(tmp_path, suffix):
+    surfaces = (PaintedSurface(5.0, 10.0, Glass(1.5, 60.0), curvature=0.02, edge_paint="black"),
+                Surface(90.0, 9.0, curvature=0.0))
+    remarks = " ".join(map(str, lenses.save(NumberedLens(surfaces, 1, serial_number="7"), tmp_path / f"a{suffix}")))
+    assert "serial number" in remarks and "the edge paint of 1 of 2 surfaces" in remarks
+    plain = " ".join(map(str, lenses.save(NumberedLens(surfaces[1:], 0), tmp_path / f"a{suffix}")))
+    assert "serial number" not in plain and "edge paint" not in plain
+
+
+@pytest.mark.parametrize("suffix", WRITERS)
+def test_a_new_kind_of_surface_is_reported_until_a_format_lists_it(tmp_path, suffix, monkeypatch):
+    monkeypatch.setattr(Surface, "form", Enum("Grown", {"SPLINE": "a spline"}).SPLINE)
+    lens = Lens((Surface(5.0, 10.0, Glass(1.5, 60.0), curvature=0.02), Surface(90.0, 9.0, curvature=0.0)), 1)
+    remarks = [remark for remark in lenses.save(lens, tmp_path / f"a{suffix}") if "is a spline" in str(remark)]
+    assert [remark.surface for remark in remarks] == [0, 1]
+    assert all(remark.severity is Severity.WARNING for remark in remarks)
