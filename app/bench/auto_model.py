@@ -83,8 +83,8 @@ def _near_limit(rung: "Rung") -> bool:
     """Whether a refused model is within the tolerances, but not by enough to replace the one before."""
     from lensbench.core.analysis.model_choice import KEEP, TOLERANCE_PX, TOLERANCE_STOPS
 
-    parts = rung.error_px / TOLERANCE_PX, rung.error_stops / TOLERANCE_STOPS
-    return KEEP < max(parts) <= 1.0
+    errors = rung.error_px / TOLERANCE_PX, rung.error_stops / TOLERANCE_STOPS
+    return KEEP < max(errors) <= 1.0
 
 
 def choice_details(choice: "Choice", speeds: tuple[float, float] | None) -> str:

@@ -114,7 +114,7 @@ def prescription(settings: Settings) -> lb.Lens:
     """The lens as its file, or the user's edits of it, state it: wide open, in its first positions, not scaled."""
     stamp = file_stamp(settings.lens)
     lens = _edited(settings.edited, settings.lens, stamp) if settings.edited else _load(settings.lens, stamp)
-    return lens if lens.stop_image is None else _with_present_picture(lens)
+    return lens if lens.stop_image is None else _with_current_picture(lens)
 
 
 def own_picture(settings: Settings) -> str:
@@ -128,7 +128,7 @@ def own_picture(settings: Settings) -> str:
     return "" if image is None else image.file
 
 
-def _with_present_picture(lens: lb.Lens) -> lb.Lens:
+def _with_current_picture(lens: lb.Lens) -> lb.Lens:
     """The lens with the picture in its stop as its file is now; as it was read where it cannot be read any more."""
     image = lens.stop_image
     if image is None or not image.file:
@@ -208,53 +208,54 @@ def _bench(lens: lb.Lens, settings: Settings) -> Bench:
         except lb.LensError as error:
             reasons.append(str(error))
     at_infinity, f_number = lb.first_order(lens), lb.f_number_at_infinity(lens)
-    found, refused = FocusPosition("paraxial"), False
+    position, refused = FocusPosition("paraxial"), False
     try:
-        seen, found = _focus(lens, settings)
-        lens = lb.focused(lens, seen, found.method)
-        film_distance = lb.film_distance(lens, seen, found.method)
+        distance, position = _focus(lens, settings)
+        lens = lb.focused(lens, distance, position.method)
+        film_distance = lb.film_distance(lens, distance, position.method)
     except lb.LensError as error:
         reasons.append(str(error))
         refused = True
-        lens, film_distance, seen = _at_nearest(lens, settings.focus_distance)
-    return Bench(lens, lb.first_order(lens), at_infinity, f_number, settings.film, film_distance, found,
-                 port_before(lens, film_distance, settings), seen, refused, "; ".join(reasons))
+        lens, film_distance, distance = _at_nearest(lens, settings.focus_distance)
+    return Bench(lens, lb.first_order(lens), at_infinity, f_number, settings.film, film_distance, position,
+                 port_before(lens, film_distance, settings), distance, refused, "; ".join(reasons))
 
 
 def _focus(lens: lb.Lens, settings: Settings) -> tuple[float, FocusPosition]:
     """The focus distance (mm) as the lens sees it, and the position of the film; LensError where there is none."""
-    seen = seen_focus(lens, settings)
-    found = focusing(lens, settings, seen)
-    if found.method == "real":
+    distance = seen_focus(lens, settings)
+    position = focusing(lens, settings, distance)
+    if position.method == "real":
         try:
-            by_rays = seen_by_rays(lens, settings, seen)
+            by_rays = seen_by_rays(lens, settings, distance)
             away = lb.film_distance(lb.focused(lens, by_rays, "real"), by_rays, "real")
             if away > 0.0 or settings.focus_position == "real":
-                return by_rays, found
-            return seen, found._replace(method="paraxial")      # the lens has no room for the film of its least blur
+                return by_rays, position
+            # The lens has no room for the film of its least blur
+            return distance, position._replace(method="paraxial")
         except lb.LensError:                            # rays focus no nearer
-            return seen, found._replace(method="paraxial")
-    return seen, found
+            return distance, position._replace(method="paraxial")
+    return distance, position
 
 
-def _at_nearest(lens: lb.Lens, wanted: float) -> tuple[lb.Lens, float, float]:
+def _at_nearest(lens: lb.Lens, distance: float) -> tuple[lb.Lens, float, float]:
     """The lens at its nearest focus, its film distance, that focus; some film distance where it cannot focus at all."""
     try:
         nearest = lb.nearest_focus(lens)
         lens = lb.focused(lens, nearest)
         return lens, lb.film_distance(lens, nearest), nearest
     except lb.LensError:
-        return lens, max(lens.length, lens.surfaces[-1].semi_diameter), wanted
+        return lens, max(lens.length, lens.surfaces[-1].semi_diameter), distance
 
 
-def focusing(lens: lb.Lens, settings: Settings, seen: float) -> FocusPosition:
+def focusing(lens: lb.Lens, settings: Settings, distance: float) -> FocusPosition:
     """The position of the film behind a lens that is stopped down already, for a focus distance (mm) as it sees it.
 
     It is the paraxial focus for ideal models, and where the whole bundle cannot be focused so near.
     """
     if not settings.follows_lens:
         return FocusPosition("paraxial")
-    return _compared(lens, seen, settings.focus_position, ENOUGH * settings.film.pitch)
+    return _compared(lens, distance, settings.focus_position, ENOUGH * settings.film.pitch)
 
 
 @lru_cache(maxsize=64)
@@ -276,13 +277,13 @@ def _blur(lens: lb.Lens, distance: float, method: str) -> float:
     return float(lb.real_circle_of_confusion(focused, film_distance, [distance])[0][0])
 
 
-def focus_text(found: FocusPosition) -> str:
+def focus_text(position: FocusPosition) -> str:
     """The position and its reason in a sentence or two."""
-    if found.paraxial_blur is None or found.least_blur is None:
+    if position.paraxial_blur is None or position.least_blur is None:
         return "Paraxial focus: the limit of small stops, the only focus of an ideal model"
-    method, blur = "by the least blur" if found.method == "real" else "paraxially", found.blur or 0.0
-    other_method, other_blur = (("paraxially", found.paraxial_blur) if found.method == "real"
-                                else ("by the least blur", found.least_blur))
+    method, blur = "by the least blur" if position.method == "real" else "paraxially", position.blur or 0.0
+    other_method, other_blur = (("paraxially", position.paraxial_blur) if position.method == "real"
+                                else ("by the least blur", position.least_blur))
     return (f"Focused {method}: a point in focus is {significant(1000.0 * blur, 3)} µm wide on the axis, "
             f"{significant(1000.0 * other_blur, 3)} "
             f"µm {other_method}. The difference is spherical aberration, which grows with the aperture")
@@ -290,16 +291,16 @@ def focus_text(found: FocusPosition) -> str:
 
 def lens_camera(settings: Settings) -> lb.LensCamera:
     """A camera with the lens or its ideal model, in focus at the primary wavelength; focus groups as for the d line."""
-    lens, found = published(settings), bench_of(settings)
+    lens, bench = published(settings), bench_of(settings)
     # A focus that cannot be: the camera refuses it, or here its window
-    seen = seen_focus(lens, settings) if found.refused else found.focus_distance
-    focus: dict[str, Any] = {"focus_distance": seen}
+    distance = seen_focus(lens, settings) if bench.refused else bench.focus_distance
+    focus: dict[str, Any] = {"focus_distance": distance}
     if picture_wavelength(settings, lens) is not None:
         lens = design(settings)
-    elif not (is_d_line(lens.reference_wavelength) or lens.has_focus_groups or found.reason):
-        focus = {"film_distance": found.film_distance}          # the camera itself would focus the d line
+    elif not (is_d_line(lens.reference_wavelength) or lens.has_focus_groups or bench.reason):
+        focus = {"film_distance": bench.film_distance}          # the camera itself would focus the d line
     return lb.LensCamera(lens, settings.film, **focus, f_number=settings.f_number, model=settings.lens_model,
-                         degree=settings.degree, focus_method=found.focusing.method,
+                         degree=settings.degree, focus_method=bench.focusing.method,
                          dispersion={"auto": None, "on": True, "off": False}[settings.dispersion],
                          film_pose=settings.film_pose,
                          **place_and_shutter(settings))
@@ -344,11 +345,11 @@ def stop_picture_path(settings: Settings, text: str) -> str:
     """The path of a typed picture, from the lens file's folder or the current one; SettingsError names both."""
     lens = Path(settings.lens)
     folders = ([lens.resolve().parent] if settings.has_lens and lens.suffix and lens.is_file() else []) + [Path.cwd()]
-    places = [(folder / Path(text.strip()).expanduser()).resolve() for folder in folders]
-    for place in places:
-        if place.is_file():
-            return str(place)
-    named = " and ".join(dict.fromkeys(str(place.parent) for place in places))
+    paths = [(folder / Path(text.strip()).expanduser()).resolve() for folder in folders]
+    for path in paths:
+        if path.is_file():
+            return str(path)
+    named = " and ".join(dict.fromkeys(str(path.parent) for path in paths))
     raise SettingsError(f"there is no picture {excerpt(Path(text.strip()).name)} in {named}")
 
 

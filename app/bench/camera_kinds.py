@@ -123,8 +123,8 @@ def fisheye(settings: Settings) -> lb.FisheyeCamera:
 def fisheye_readings(settings: Settings) -> Readings:
     """Twice the angle from the axis of rays at the film's sides and corner, within the image circle."""
     of = fisheye(settings)
-    seen = seen_angles(of)
-    across, down, diagonal = (float(angle) for angle in np.where(np.isnan(seen), settings.fisheye_fov, seen))
+    full = seen_angles(of)
+    across, down, diagonal = (float(angle) for angle in np.where(np.isnan(full), settings.fisheye_fov, full))
     return Readings(efl=of.focal_length, limit=blur_limit(settings), fov_horizontal=across, fov_vertical=down,
                     fov_diagonal=diagonal, reason="An ideal fisheye sees from a point: it has no lens to focus")
 

@@ -22,9 +22,9 @@ class Coating(NamedTuple):
 
 def coating(settings: Settings, lens: lb.Lens) -> Coating:
     """The coating: as set, else by the year, single-layer if unknown. Surfaces keep a coating of their own."""
-    found = _assumed(settings, lens)
+    assumed = _assumed(settings, lens)
     own = sum(surface.coating is not None for surface in lens.surfaces)
-    return found if not own else found._replace(why=f"{found.why}; {own} of {len(lens.surfaces)} surfaces have a "
+    return assumed if not own else assumed._replace(why=f"{assumed.why}; {own} of {len(lens.surfaces)} surfaces have a "
                                                     "coating of their own")
 
 
@@ -44,10 +44,10 @@ def flare(settings: Settings) -> "Flare | None":
     from lensbench.app.bench.build import design, picture_wavelength, published
     from lensbench.core.rendering.ghost_image import Flare
 
-    found = coating(settings, design(settings)).name if settings.has_lens else "uncoated"
+    name = coating(settings, design(settings)).name if settings.has_lens else "uncoated"
     alone = read_ghost_pair(settings.ghost_pair)
     first, _, second = alone.partition("-")
-    return Flare(found, settings.ghost_strength if settings.ghosts else 0.0,
+    return Flare(name, settings.ghost_strength if settings.ghosts else 0.0,
                  ((int(first), int(second)),) if alone else (),
                  stars=settings.star_strength if settings.stars else 0.0,
                  wavelength=picture_wavelength(settings, published(settings)) if settings.has_lens else None)

@@ -22,10 +22,10 @@ def difference(a: str, b: str) -> str:
     first, second = FIGURE.fullmatch(a), FIGURE.fullmatch(b)
     if first is None or second is None or a == b or first["sign"] != second["sign"] or first["unit"] != second["unit"]:
         return ""
-    one, other = (float(found["value"].replace("−", "-")) for found in (first, second))
+    one, other = (float(number["value"].replace("−", "-")) for number in (first, second))
     if first["sign"] in STOPS:
         return true_minus(f"{fixed(2.0 * math.log2(one / other), 1, signed=True)} EV") if one > 0.0 < other else ""
-    decimals = min(_decimals(found["value"]) for found in (first, second)) if "." in a + b else 0
+    decimals = min(_decimals(number["value"]) for number in (first, second)) if "." in a + b else 0
     return true_minus(fixed(other - one, decimals, signed=True)) + (first["unit"] or "")
 
 

@@ -61,8 +61,8 @@ def _not_tighter(settings: Settings) -> Settings:
 def _widest_f_number(settings: Settings) -> float:
     """The f-number of the lens wide open; 0 where it has none."""
     lens = design(settings)
-    found = lb.f_number_at_infinity(lens)
-    return found if math.isfinite(found) else 0.0
+    f_number = lb.f_number_at_infinity(lens)
+    return f_number if math.isfinite(f_number) else 0.0
 
 
 def _nearest_focus(settings: Settings) -> float:
@@ -146,10 +146,10 @@ def with_field_of_view(settings: Settings, fov: float, keep_zoom: bool = False) 
         return with_view(settings, fov)
     if not keep_zoom and _zooms_by_length(settings):
         lens = design(_unzoomed(settings))
-        wanted = 0.5 * min(settings.film_width, settings.film_height) / (
+        length = 0.5 * min(settings.film_width, settings.film_height) / (
             _index(settings) * math.tan(0.5 * min(fov, 3.0)))
-        settings = replace(settings, zoom=zoom_of(lens, wanted), crop=1.0)
-        if focal_length(lens, 0.0) <= wanted <= focal_length(lens, 1.0):
+        settings = replace(settings, zoom=zoom_of(lens, length), crop=1.0)
+        if focal_length(lens, 0.0) <= length <= focal_length(lens, 1.0):
             return settings
     full = full_view(settings)[0]
     crop = math.tan(0.5 * fov) / math.tan(0.5 * full) if fov < full else 1.0
@@ -225,11 +225,11 @@ def longer_side_within(settings: Settings, room: tuple[float, float]) -> int:
 
 def coarser(settings: Settings, pixels: float) -> Settings:
     """The settings with about so many pixels in all, if they have notably more; at least SMALLEST_SHOWN in a row."""
-    part = math.sqrt(max(pixels, 1.0) / (settings.pixels_x * settings.pixels_y))
-    if part > COARSE:
+    scale = math.sqrt(max(pixels, 1.0) / (settings.pixels_x * settings.pixels_y))
+    if scale > COARSE:
         return settings
     longer = max(settings.pixels_x, settings.pixels_y)
-    return with_longer_side(settings, max(int(part * longer), min(SMALLEST_SHOWN, longer)))
+    return with_longer_side(settings, max(int(scale * longer), min(SMALLEST_SHOWN, longer)))
 
 
 def with_longer_side(settings: Settings, pixels: int) -> Settings:

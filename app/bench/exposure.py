@@ -78,14 +78,14 @@ def exposed(settings: Settings, image: NDArray[np.float32]) -> NDArray[np.float3
     return recorded(settings, applied_exposure(settings, image), image)
 
 
-def recorded(settings: Settings, found: AppliedExposure, lines: NDArray[np.float32], top: int = 0,
+def recorded(settings: Settings, exposure: AppliedExposure, lines: NDArray[np.float32], top: int = 0,
              ) -> NDArray[np.float32]:
     """Lines of a picture, the first of which is `top`, as the sensor records them with this exposure."""
-    light = lines * np.float32(found.gain)
+    light = lines * np.float32(exposure.gain)
     if not settings.noise:
         return light
     sensor = lb.Sensor(settings.full_well, settings.quantum_efficiency, settings.read_noise, bits=settings.bits)
-    return sensor.record(light, found.iso, SATURATION / found.iso, settings.seed, top)
+    return sensor.record(light, exposure.iso, SATURATION / exposure.iso, settings.seed, top)
 
 
 def look(settings: Settings) -> tuple:
@@ -97,14 +97,14 @@ def look(settings: Settings) -> tuple:
             light_share(settings), readings(settings).working_f_number)
 
 
-def exposure_text(found: AppliedExposure) -> str:
+def exposure_text(applied: AppliedExposure) -> str:
     """The exposure value and the exposure H, in two lines."""
-    if found.triangle is None:
+    if applied.triangle is None:
         return "No f-number, no exposure value"
-    exposure = found.triangle
+    exposure = applied.triangle
     return (true_minus(f"EV {fixed(exposure.ev, 1)}   at ISO 100 {fixed(exposure.ev100, 1)}\n")
-            + f"H {significant(found.share * exposure.lux_seconds, 3)} lx s = "
-              f"{significant(1e3 * found.share * exposure.joules, 3)} mJ/m²")
+            + f"H {significant(applied.share * exposure.lux_seconds, 3)} lx s = "
+              f"{significant(1e3 * applied.share * exposure.joules, 3)} mJ/m²")
 
 
 MODES = {                       # letter: title, tooltip
@@ -123,11 +123,11 @@ TOLERANCE = 1.0 / 6.0                                   # stops from the meter w
 SPARSE = 4                                              # every so many pixels, across and down, are metered
 
 
-def mode_of(settings: Settings, held: str) -> str:
-    """The mode of these settings; held: the one of METERED that the window holds, or ""."""
+def mode_of(settings: Settings, kept_mode: str) -> str:
+    """The mode of these settings; kept_mode: the one of METERED that the window holds, or ""."""
     if settings.exposing == "plain":
         return "off"
-    return "I" if settings.exposing == "automatic" else held if held in METERED else "M"
+    return "I" if settings.exposing == "automatic" else kept_mode if kept_mode in METERED else "M"
 
 
 def with_mode(settings: Settings, mode: str) -> Settings:
@@ -140,8 +140,8 @@ def meter_stops(settings: Settings, image: NDArray[np.float32]) -> float | None:
     if applied_exposure(replace(settings, exposing="triangle"), image[:1, :1]).triangle is None:
         return None
     gain = applied_exposure(settings, image).gain
-    wanted = lb.metered_stops(image[::SPARSE, ::SPARSE], settings.metering)
-    return math.log2(max(gain, 1e-30)) + settings.exposure - wanted
+    metered_stops = lb.metered_stops(image[::SPARSE, ::SPARSE], settings.metering)
+    return math.log2(max(gain, 1e-30)) + settings.exposure - metered_stops
 
 
 def metered(settings: Settings, image: NDArray[np.float32], mode: str) -> Settings:
@@ -190,7 +190,7 @@ class Metering:
         """As `metered`, of a picture (h, w, 3) with so many samples; unchanged while it has fewer than the last one."""
         if samples < self._samples:
             return settings
-        found = metered(settings, image, mode)
-        if found != settings:
+        chosen = metered(settings, image, mode)
+        if chosen != settings:
             self._samples = samples
-        return found
+        return chosen

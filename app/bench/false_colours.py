@@ -41,8 +41,8 @@ def aov_codes(image: NDArray[np.float32], settings: Settings) -> NDArray[np.floa
     """An AOV (h, w, 3) as codes in [0, 1]; nan becomes 0."""
     image = np.nan_to_num(image, nan=0.0, posinf=0.0, neginf=0.0)
     if settings.view == "origin":
-        place, radius = _front(settings)
-        image = (image - np.array([0.0, 0.0, place], np.float32)) / (2.0 * radius) + 0.5
+        front_z, radius = _front(settings)
+        image = (image - np.array([0.0, 0.0, front_z], np.float32)) / (2.0 * radius) + 0.5
     elif settings.view == "depth":
         image = image * (nearest(settings) / 1000.0)
     return np.clip(image, 0.0, 1.0)
@@ -70,10 +70,10 @@ def _front(settings: Settings) -> tuple[float, float]:
     return lens_setup.first_order.entrance_pupil.z - lens_setup.film_z, lens_setup.first_order.entrance_pupil.radius
 
 
-def colour(part: NDArray[np.floating]) -> NDArray[np.float32]:
+def colour(shares: NDArray[np.floating]) -> NDArray[np.float32]:
     """Screen colours (…, 3) for parts from 0 (far) to 1 (near)."""
-    at = np.clip(part, 0.0, 1.0) * (len(MAP) - 1)
-    return np.stack([np.interp(at, np.arange(len(MAP)), MAP[:, i]) for i in range(3)], -1).astype(np.float32)
+    positions = np.clip(shares, 0.0, 1.0) * (len(MAP) - 1)
+    return np.stack([np.interp(positions, np.arange(len(MAP)), MAP[:, i]) for i in range(3)], -1).astype(np.float32)
 
 
 def ends(depth: lb.Depth) -> tuple[float, float]:

@@ -38,10 +38,10 @@ UNLIT = "No light here: focused as at the middle"
 def seen_from(settings: Settings, raster: Place) -> tuple[Bench, Place]:
     """The lens in front of the film point of a raster point: with that point's own film distance, and its x, y."""
     film, built = settings.film, bench_of(settings)
-    at = (0.5 - raster[0] / film.pixels_x) * film.width, (raster[1] / film.pixels_y - 0.5) * film.height
+    film_xy = (0.5 - raster[0] / film.pixels_x) * film.width, (raster[1] / film.pixels_y - 0.5) * film.height
     if settings.film_pose.is_upright:
-        return built, at
-    x, y, z = settings.film_pose.points(np.array([at]))[0].tolist()
+        return built, film_xy
+    x, y, z = settings.film_pose.points(np.array([film_xy]))[0].tolist()
     return replace(built, film_distance=built.film_distance + z), (x, y)
 
 
@@ -104,18 +104,18 @@ def _in_section(settings: Settings, lens: Stamp, above: bool) -> InSection:
     side, turn = (film.width, pose.tilt) if above else (film.height, pose.swing)
     half = 0.5 * (side if turn == 0.0 else film.diagonal)
     along = np.linspace(-half, half, POINTS if pose.is_curved else 2)
-    at = np.zeros((len(along), 2))
-    at[:, up] = along
+    film_points = np.zeros((len(along), 2))
+    film_points[:, up] = along
     with np.errstate(invalid="ignore"):
-        shown = pose.points(at)
-    found, planes, points = sharp_focus(settings), {}, {}
-    if found is not None:
-        for name, plane in (("sharp", found.plane), ("near", found.near), ("far", found.far)):
+        shown = pose.points(film_points)
+    focus, planes, points = sharp_focus(settings), {}, {}
+    if focus is not None:
+        for name, plane in (("sharp", focus.plane), ("near", focus.near), ("far", focus.far)):
             if plane is not None:
                 point, way = plane.crossing("xz" if above else "yz")
                 if np.isfinite(point).all():
                     planes[name] = np.array([point[1] + film_z, point[0]]), np.array([way[1], way[0]])
-        for name, line in (("Hinge line", found.hinge), ("Scheimpflug line", found.scheimpflug)):
+        for name, line in (("Hinge line", focus.hinge), ("Scheimpflug line", focus.scheimpflug)):
             if line is not None and abs(line.direction[aside]) > 1e-9:
                 crossed = line.point - line.point[aside] / line.direction[aside] * line.direction
                 points[name] = np.array([crossed[2] + film_z, crossed[up]])
@@ -132,19 +132,19 @@ def sentence(settings: Settings) -> str:
         flat = replace(settings, film_radius=None)
         return curved if flat.film_pose.is_upright and not lens_leans(settings) else f"{curved}. {sentence(flat)}"
     try:
-        found = sharp_focus(settings)
+        focus = sharp_focus(settings)
     except (ValueError, OSError) as error:
         return str(error)
-    lean = 0.0 if found is None or found.plane is None else math.acos(min(abs(float(found.plane.normal[2])), 1.0))
-    if found is None or found.hinge is None or found.plane is not None and lean < LEAST_LEAN:
+    lean = 0.0 if focus is None or focus.plane is None else math.acos(min(abs(float(focus.plane.normal[2])), 1.0))
+    if focus is None or focus.hinge is None or focus.plane is not None and lean < LEAST_LEAN:
         shifted = "The film is shifted: what" if settings.rise or settings.shift else "What"
         return f"{shifted} is in focus is a plane across the axis"
-    if found.plane is None:
+    if focus.plane is None:
         return "The plane of sharp focus lies at infinity"
-    across = abs(float(found.plane.normal[2])) > 1e-6
-    away = -found.plane.offset / float(found.plane.normal[2]) if across else math.inf
+    across = abs(float(focus.plane.normal[2])) > 1e-6
+    away = -focus.plane.offset / float(focus.plane.normal[2]) if across else math.inf
     crosses = f"crosses the axis at {format_distance(away)}" if 0.0 < away < 1e8 else "does not cross the axis ahead"
-    x, y = found.hinge.point[:2]
+    x, y = focus.hinge.point[:2]
     sides = [f"{format_length(abs(v))} {word}" for v, word in (
         (x, "to the right" if x > 0.0 else "to the left"), (y, "above" if y > 0.0 else "below")) if abs(v) > 0.05]
     return true_minus(f"The plane of sharp focus is tilted by {format_angle(lean)} and {crosses}. It turns about the "
@@ -161,22 +161,22 @@ class ClickFocus(NamedTuple):
     remark: str = ""
 
 
-def focused_at(settings: Settings, part: Place, depth: float) -> ClickFocus:
+def focused_at(settings: Settings, share: Place, depth: float) -> ClickFocus:
     """The focus at which what lies `depth` mm before the film is sharp at a part of the picture.
 
-    part: of its width and height, from the top left. Beyond a window into water, depth and focus are true distances.
+    share: of its width and height, from the top left. Beyond a window into water, depth and focus are true distances.
     """
     if port_index(settings) != 1.0:                     # off the axis, water shows things nearer still than on it
         port, efl = (bench_of(settings).port, bench_of(settings).first_order.efl) if settings.has_lens else \
             (port_of(settings), readings(settings).efl or math.inf)
-        at = (part[0] - 0.5) * settings.film.width, (part[1] - 0.5) * settings.film.height
-        here = replace(port, index=port.stretch(math.hypot(*at) / efl))
-        found = focused_at(replace(settings, medium="air"), part, here.apparent(depth))
-        return found._replace(distance=port.true(found.distance))
+        film_xy = (share[0] - 0.5) * settings.film.width, (share[1] - 0.5) * settings.film.height
+        port_there = replace(port, index=port.stretch(math.hypot(*film_xy) / efl))
+        focus = focused_at(replace(settings, medium="air"), share, port_there.apparent(depth))
+        return focus._replace(distance=port.true(focus.distance))
     bent = settings.film_pose.is_tilted or settings.film_pose.is_curved
     if not (bent or lens_leans(settings)):
         return ClickFocus(depth)
-    raster = part[0] * settings.film.pixels_x, part[1] * settings.film.pixels_y
+    raster = share[0] * settings.film.pixels_x, share[1] * settings.film.pixels_y
     try:
         return _traced(settings, raster, depth) if settings.follows_lens else _of_ideal_lens(settings, raster, depth)
     except lb.LensError:
@@ -185,10 +185,10 @@ def focused_at(settings: Settings, part: Place, depth: float) -> ClickFocus:
 
 def _of_ideal_lens(settings: Settings, raster: Place, depth: float) -> ClickFocus:
     """The focus of an ideal lens, in closed form: its film point lies before or behind the film's middle."""
-    at_middle, (here, _) = bench_of(settings), seen_from(settings, raster)
+    at_middle, (there, _) = bench_of(settings), seen_from(settings, raster)
     at_depth = lb.film_distance(at_middle.lens, depth)
-    found = lb.focused_distance(at_middle.lens, at_depth - (here.film_distance - at_middle.film_distance))
-    return ClickFocus(found, BEYOND if math.isinf(found) and math.isfinite(depth) else "")
+    distance = lb.focused_distance(at_middle.lens, at_depth - (there.film_distance - at_middle.film_distance))
+    return ClickFocus(distance, BEYOND if math.isinf(distance) and math.isfinite(depth) else "")
 
 
 def _traced(settings: Settings, raster: Place, depth: float) -> ClickFocus:
@@ -199,32 +199,32 @@ def _traced(settings: Settings, raster: Place, depth: float) -> ClickFocus:
     def excess(nearness: float) -> float:
         """How much nearer (1/mm) than the depth the beam has its focus, for a focus distance of 1 / nearness."""
         trial = replace(settings, focus_distance=1.0 / nearness if nearness > 0.0 else math.inf, focus_position=method)
-        here, (x, y) = seen_from(trial, raster)
+        there, (x, y) = seen_from(trial, raster)
         film_distance = bench_of(trial).film_distance
-        film = np.array([[x, y, here.film_distance - film_distance]])
-        return float(beams(here.lens, film_distance, film, method == "real").depth_nearness[0]) - 1.0 / depth
+        film = np.array([[x, y, there.film_distance - film_distance]])
+        return float(beams(there.lens, film_distance, film, method == "real").depth_nearness[0]) - 1.0 / depth
 
     nearest = 1.0 / (lb.nearest_focus(at_middle.lens) * (1.0 + 1e-6))
     slack = UNSHARP * settings.film.pitch * at_middle.f_number / at_middle.at_infinity.efl**2
     enough = max(ENOUGH / depth, 1e-3 * ENOUGH * nearest)
 
     # The secant rule from the depth itself: the film point's focus changes nearly as much as that of the middle
-    before, here = math.nan, min(1.0 / depth, nearest)
+    before, nearness = math.nan, min(1.0 / depth, nearest)
     was = math.nan
     for _ in range(STEPS):
-        off = excess(here)
+        off = excess(nearness)
         if math.isnan(off):
             return ClickFocus(depth, UNLIT)
-        if here == 0.0 and off >= 0.0:
+        if nearness == 0.0 and off >= 0.0:
             return ClickFocus(math.inf, BEYOND if off > slack else "")
-        if here == nearest and off <= 0.0:
+        if nearness == nearest and off <= 0.0:
             return ClickFocus(1.0 / nearest, TOO_NEAR if off < -slack else "")
         if abs(off) <= enough:
             break
-        slope = (off - was) / (here - before)
-        before, was = here, off
-        here = min(max(here - (off / slope if slope > LEAST_SLOPE else off), 0.0), nearest)
-    return ClickFocus(1.0 / here if here > 0.0 else math.inf)
+        slope = (off - was) / (nearness - before)
+        before, was = nearness, off
+        nearness = min(max(nearness - (off / slope if slope > LEAST_SLOPE else off), 0.0), nearest)
+    return ClickFocus(1.0 / nearness if nearness > 0.0 else math.inf)
 
 
 # The focus distance that puts the film elsewhere: a lens with focus groups is moved as a whole, paraxially

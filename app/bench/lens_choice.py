@@ -148,10 +148,10 @@ def subject_distance(scene: str) -> float:
     if scene in lb.SCENES:
         return SUBJECT_DISTANCE
     try:
-        found = float(cached_scene(scene).distance([[0.0, 0.0, 0.0]], [[0.0, 0.0, -1.0]])[0])
+        distance = float(cached_scene(scene).distance([[0.0, 0.0, 0.0]], [[0.0, 0.0, -1.0]])[0])
     except (SceneFileError, OSError):
         return SUBJECT_DISTANCE
-    return found if math.isfinite(found) else SUBJECT_DISTANCE
+    return distance if math.isfinite(distance) else SUBJECT_DISTANCE
 
 
 def subject_height(scene: str) -> float:
@@ -162,20 +162,20 @@ def subject_height(scene: str) -> float:
 
 def _before_subject(settings: Settings) -> Settings:
     """The camera moved along its direction until the subject stands framed before it, and focused there."""
-    place = _place(settings)
-    return settings if place is None else replace(settings, position=place.position, focus_distance=place.distance)
+    stand = _place(settings)
+    return settings if stand is None else replace(settings, position=stand.position, focus_distance=stand.distance)
 
 
 def in_the_way(settings: Settings) -> str:
     """What keeps a camera that was placed before the subject from framing it, in a sentence; "" where nothing does."""
     try:
-        place = _place(settings) if settings.has_lens else None
+        stand = _place(settings) if settings.has_lens else None
     except (ValueError, OSError):                   # the worker reports it
         return ""
-    if place is None or settings.position != place.position or not place.distance < CLOSE * place.wanted:
+    if stand is None or settings.position != stand.position or not stand.distance < CLOSE * stand.wanted:
         return ""
-    return (f"An object of the scene stands in the way: the camera is {format_distance(place.distance)} from the "
-            f"subject, which this lens would frame from {format_distance(place.wanted)}")
+    return (f"An object of the scene stands in the way: the camera is {format_distance(stand.distance)} from the "
+            f"subject, which this lens would frame from {format_distance(stand.wanted)}")
 
 
 class _Place(NamedTuple):
@@ -190,27 +190,27 @@ def _place(settings: Settings) -> _Place | None:
     """The place for the camera's direction; None for a lens that cannot focus. LensFileError, OSError."""
     try:
         lens = design(settings)
-        fo, seen = lb.first_order(lens), lb.nearest_focus(lens)
+        fo, nearest_seen = lb.first_order(lens), lb.nearest_focus(lens)
     except lb.LensError:
         return None
-    if not (math.isfinite(fo.efl) and fo.efl > 0.0 and math.isfinite(seen)):
+    if not (math.isfinite(fo.efl) and fo.efl > 0.0 and math.isfinite(nearest_seen)):
         return None
     subject = subject_distance(settings.scene)
     magnification = min(settings.film.width, settings.film.height) / subject_height(settings.scene)
     framed = _framed(fo, lens.length, magnification)
-    if lens.has_focus_groups and framed > seen * MARGIN:            # whose focal length changes with the focus
+    if lens.has_focus_groups and framed > nearest_seen * MARGIN:            # whose focal length changes with the focus
         near = lb.focused(lens, framed)
         framed = _framed(lb.first_order(near), near.length, magnification)
-    nearest = true_focus(lens, seen, settings)
-    framed = true_focus(lens, framed, settings) if framed > seen else framed
+    nearest = true_focus(lens, nearest_seen, settings)
+    framed = true_focus(lens, framed, settings) if framed > nearest_seen else framed
     back = placed((0.0, 0.0, 0.0), settings.yaw, settings.pitch)[:3, 2]
     point = np.array([0.0, 0.0, -subject])
-    wanted, nearest = max(framed, NEAREST), nearest * MARGIN
+    best, nearest = max(framed, NEAREST), nearest * MARGIN
     stated = _stated_subject(settings.scene)
     own = max(0.5 * stated[1], 1.0) if stated is not None else 1.0      # mm: a stated place may lie within the subject
-    distance = max(min(wanted, _free(settings.scene, point, back, own)), nearest)
+    distance = max(min(best, _free(settings.scene, point, back, own)), nearest)
     x, y, z = (float(value) for value in point + distance * back)
-    return _Place((x, y, z), distance, wanted)
+    return _Place((x, y, z), distance, best)
 
 
 def _framed(fo: lb.FirstOrder, length: float, magnification: float) -> float:

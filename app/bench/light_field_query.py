@@ -70,10 +70,10 @@ class Recording:
     def find_depth(self, nearest: float | None = None, farthest: float = math.inf,
                    progress: Callable[[float], bool] = lambda share: True) -> lb.Depth:
         """The depth of every pixel between two distances (mm); errors are those of `lb.find_depth`."""
-        found = lb.find_depth(self.field, None if nearest is None else self.seen(nearest), self.seen(farthest),
+        depth = lb.find_depth(self.field, None if nearest is None else self.seen(nearest), self.seen(farthest),
                               progress=progress)
         port = self.field.camera.flat_port
-        return replace(found, distance=port.true(found.distance), error=port.index * found.error)
+        return replace(depth, distance=port.true(depth.distance), error=port.index * depth.error)
 
     def unknown(self, look: "Look") -> float:
         """Part of a refocused picture's pixels that not all views of its aperture saw, 0 to 1; 0 for other looks."""
@@ -171,8 +171,8 @@ def radius(look: Look, field: lb.LightField) -> float:
 
 def with_aperture(look: Look, f_number: float, field: lb.LightField) -> Look:
     """Look with another f-number, no wider than recorded; its centre moves until the aperture lies in the pupil."""
-    whole, part = f_number <= field.f_number, min(field.pupil_f_number / f_number, 1.0)
-    off, far = math.hypot(*look.view), 1.0 - part
+    whole, size = f_number <= field.f_number, min(field.pupil_f_number / f_number, 1.0)
+    off, far = math.hypot(*look.view), 1.0 - size
     view = look.view if off <= far else (look.view[0] * far / off, look.view[1] * far / off)
     return replace(look, f_number=None if whole else f_number, view=(0.0, 0.0) if whole else view)
 
@@ -234,8 +234,8 @@ def format_place(view: tuple[float, float]) -> str:
     return true_minus(f"{fixed(view[0], 2, signed=True)}, {fixed(view[1], 2, signed=True)}")
 
 
-def note(recording: Recorded, look: Look, found: bool = True) -> str:
-    """Short description of the picture. found: the depth is known; until then it is the picture as recorded."""
+def note(recording: Recorded, look: Look, is_found: bool = True) -> str:
+    """Short description of the picture. is_found: the depth is known; until then it is the picture as recorded."""
     if isinstance(recording, ArrayRecording):
         right, up, forwards = (true_minus(f"{fixed(mm, 0, signed=True)} mm") for mm in look.place)
         return f"By the array: {right} to the right, {up} up, {forwards} forwards"
@@ -246,7 +246,7 @@ def note(recording: Recorded, look: Look, found: bool = True) -> str:
     if look.show == "view":
         u, v = recording.field.places[look.cell[1], look.cell[0]]
         return f"Light field: the view from {format_place((u, v))} of the pupil{_when(recording, look)}"
-    if look.show == "depth" and not found:
+    if look.show == "depth" and not is_found:
         return (f"Light field: focused at {format_distance(recording.settings.focus_distance)}, as recorded; "
                 "its depth is not found yet")
     if look.show == "depth":

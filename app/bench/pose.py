@@ -30,8 +30,8 @@ def orbited(settings: Settings, left: float, up: float) -> Settings:
         return turned
     free, taken = 0.0, 1.0
     for _ in range(BISECTIONS):
-        part = 0.5 * (free + taken)
-        free, taken = (part, taken) if _is_above_floor(_turned(settings, part * left, part * up)) else (free, part)
+        share = 0.5 * (free + taken)
+        free, taken = (share, taken) if _is_above_floor(_turned(settings, share * left, share * up)) else (free, share)
     return _turned(settings, free * left, free * up)
 
 
@@ -150,10 +150,10 @@ class LookAround:
         """The look after so many clicks of the wheel: narrower for positive ones."""
         return replace(self, fov=min(max(self.fov * 0.92**steps, NARROWEST), WIDEST))
 
-    def raster(self, at: tuple[float, float], size: tuple[float, float], film: lb.Film, layout: str,
+    def raster(self, share: tuple[float, float], size: tuple[float, float], film: lb.Film, layout: str,
                ) -> tuple[float, float]:
         """The raster point of the panorama at a place of the view, in parts of its width and height."""
         across, down = self.reach(size)
-        direction = self.axes @ [(2.0 * at[0] - 1.0) * across, (1.0 - 2.0 * at[1]) * down, -1.0]
+        direction = self.axes @ [(2.0 * share[0] - 1.0) * across, (1.0 - 2.0 * share[1]) * down, -1.0]
         (x, y), = lb.EnvironmentCamera(film, layout=layout).film_from_point(direction[None], None)[0]
         return float((0.5 - x / film.width) * film.pixels_x), float((0.5 + y / film.height) * film.pixels_y)

@@ -68,12 +68,12 @@ def _fans(lens: lb.Lens, film_distance: float, half_diagonal: float, focus_dista
           has_stop: bool, open_stop: float) -> tuple[Fan, ...]:
     count = 5 if lens.stop.semi_diameter < CLOSED * open_stop else 9
     if not traced:
-        return tuple(ideal_lens_fan(lens, film_distance, name, part * half_diagonal, count if has_stop else 1)
-                     for name, part in FIELDS)
+        return tuple(ideal_lens_fan(lens, film_distance, name, share * half_diagonal, count if has_stop else 1)
+                     for name, share in FIELDS)
     lit = _lit_radius(lens, film_distance, half_diagonal)
     lit *= 1.0 if lit >= half_diagonal else INSIDE
-    names = [EDGE if part == 1.0 and lit < half_diagonal else name for name, part in FIELDS]
-    return tuple(_traced(lens, film_distance, names, [part * min(lit, half_diagonal) for _, part in FIELDS],
+    names = [EDGE if share == 1.0 and lit < half_diagonal else name for name, share in FIELDS]
+    return tuple(_traced(lens, film_distance, names, [share * min(lit, half_diagonal) for _, share in FIELDS],
                          focus_distance, count))
 
 
@@ -116,16 +116,16 @@ def _traced(lens: lb.Lens, film_distance: float, names: list[str], heights: list
     """The fans of film points, by names and heights (mm), `count` rays each; their rays are traced together."""
     film_z = lens.length + film_distance
     fronts, towards_scene = _chief_rays(lens, film_distance, np.array(heights))
-    found = [Fan(name, height, (), DARK) for name, height in zip(names, heights, strict=True)]
+    made = [Fan(name, height, (), DARK) for name, height in zip(names, heights, strict=True)]
 
     # The point of the scene in focus along each chief ray, and the rays from it
-    along = np.full(len(found), np.inf)
+    along = np.full(len(made), np.inf)
     if math.isfinite(focus_distance):
         steep = -towards_scene[:, 0]
         along = np.where(steep > 0.1, (fronts[:, 0] - (film_z - focus_distance)) / np.maximum(steep, 0.1),
                          focus_distance)
     for i in np.flatnonzero(along <= 0.0).tolist():
-        found[i] = Fan(names[i], heights[i], (), "the plane in focus lies within the lens")
+        made[i] = Fan(names[i], heights[i], (), "the plane in focus lies within the lens")
     left = np.flatnonzero(np.isfinite(fronts[:, 0]) & (along > 0.0))
     aside = np.stack([-towards_scene[:, 1], towards_scene[:, 0]], axis=1)      # unit, across the chief ray
     aside *= np.copysign(1.0, aside[:, 1:])
@@ -145,7 +145,7 @@ def _traced(lens: lb.Lens, film_distance: float, names: list[str], heights: list
     lit = np.isfinite(edges[:, 0])
     left, edges = left[lit], edges[lit]
     if not left.size:
-        return found
+        return made
     low, high = edges[:, :1], edges[:, 1:]
     live = np.linspace(low[:, 0], high[:, 0], count, axis=-1)
     middle = np.argmin(np.abs(live), axis=1)
@@ -154,12 +154,12 @@ def _traced(lens: lb.Lens, film_distance: float, names: list[str], heights: list
     beyond = np.arange(1.0, DEAD_EACH_SIDE + 1.0) * (high - low) / (count - 1)
     trace = shot(left, np.concatenate([live, low - beyond, high + beyond], axis=1), record=True)
     ended = blockers(lens, trace, forward=True).tolist()
-    each = count + 2 * DEAD_EACH_SIDE
+    n_rays = count + 2 * DEAD_EACH_SIDE
     for row, i in enumerate(left.tolist()):
-        rays = [_ray(lens, film_z, trace, row * each + k, ended[row * each + k],
-                     "chief" if k == middle[row] else "marginal" if k in (0, count - 1) else "") for k in range(each)]
-        found[i] = Fan(names[i], heights[i], tuple(ray for ray in rays if ray is not None))
-    return found
+        rays = [_ray(lens, film_z, trace, row * n_rays + k, ended[row * n_rays + k],
+                     "chief" if k == middle[row] else "marginal" if k in (0, count - 1) else "") for k in range(n_rays)]
+        made[i] = Fan(names[i], heights[i], tuple(ray for ray in rays if ray is not None))
+    return made
 
 
 def _ray(lens: lb.Lens, film_z: float, trace: lb.Trace, i: int, surface: int, kind: str) -> Ray | None:
@@ -176,13 +176,13 @@ def _ray(lens: lb.Lens, film_z: float, trace: lb.Trace, i: int, surface: int, ki
     return Ray(path, "dead", end_text(lens, lb.Fate(fate), surface), surface) if _near_the_glass(lens, path) else None
 
 
-def _chief_rays(lens: lb.Lens, film_distance: float, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _chief_rays(lens: lb.Lens, film_distance: float, film_heights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Where the chief rays of film points at heights (F,) meet the first surface, and their unit directions from there.
 
     Both (F, 2) of (z, y); the directions are those to the scene. A chief ray passes the centre of the stop; if that ray
     is lost, it is the middle one of those that pass. NaN if no ray passes.
     """
-    start = np.stack([np.full_like(at, lens.length + film_distance), at], axis=1)
+    start = np.stack([np.full_like(film_heights, lens.length + film_distance), film_heights], axis=1)
     at_stop = len(lens.surfaces) - lens.stop_index                  # in a path traced from the film
 
     def back(which: np.ndarray, heights: np.ndarray, free: bool = False) -> lb.Trace:
@@ -195,28 +195,28 @@ def _chief_rays(lens: lb.Lens, film_distance: float, at: np.ndarray) -> tuple[np
         return (back(which, heights).fate == lb.Fate.PASSED).reshape(heights.shape)
 
     # The ray through the centre of the stop, without the rims
-    every, reach = np.arange(len(at)), np.full(len(at), 1.3 * lens.surfaces[-1].semi_diameter)
+    every, reach = np.arange(len(film_heights)), np.full(len(film_heights), 1.3 * lens.surfaces[-1].semi_diameter)
     heights = np.linspace(-reach[0], reach[0], SCAN)
-    free = back(every, np.broadcast_to(heights, (len(at), SCAN)), free=True)
+    free = back(every, np.broadcast_to(heights, (len(film_heights), SCAN)), free=True)
     assert free.paths is not None
-    stop_heights = free.paths[:, at_stop, 1].reshape(len(at), SCAN) - lens.vertex(lens.stop_index)[1]
-    chosen = np.full(len(at), np.nan)
-    for i, (places, crosses) in enumerate(zip(stop_heights, stop_heights[:, :-1] * stop_heights[:, 1:] <= 0.0,
+    stop_heights = free.paths[:, at_stop, 1].reshape(len(film_heights), SCAN) - lens.vertex(lens.stop_index)[1]
+    chosen = np.full(len(film_heights), np.nan)
+    for i, (at_stop_row, crosses) in enumerate(zip(stop_heights, stop_heights[:, :-1] * stop_heights[:, 1:] <= 0.0,
                                               strict=True)):
         crossing = np.flatnonzero(crosses)
         if crossing.size:
             k = crossing[np.argmin(np.abs(heights[crossing]))]
-            a, b = places[k], places[k + 1]
+            a, b = at_stop_row[k], at_stop_row[k + 1]
             chosen[i] = heights[k] - a / (b - a) * (heights[k + 1] - heights[k]) if b != a else heights[k]
 
     # Otherwise the middle ray of those that pass
-    found = back(every, np.nan_to_num(chosen)[:, None])
-    lost = np.flatnonzero(np.isnan(chosen) | (found.fate != lb.Fate.PASSED))
+    traced = back(every, np.nan_to_num(chosen)[:, None])
+    lost = np.flatnonzero(np.isnan(chosen) | (traced.fate != lb.Fate.PASSED))
     if lost.size:
         chosen[lost] = _passing_intervals(passes, lost, reach, centred=False).mean(1)
-        found = back(every, np.nan_to_num(chosen)[:, None])
-    points, ways = found.points[:, [2, 1]].copy(), found.directions[:, [2, 1]]
-    dark = np.isnan(chosen) | (found.fate != lb.Fate.PASSED) | (ways[:, 0] >= 0.0)
+        traced = back(every, np.nan_to_num(chosen)[:, None])
+    points, ways = traced.points[:, [2, 1]].copy(), traced.directions[:, [2, 1]]
+    dark = np.isnan(chosen) | (traced.fate != lb.Fate.PASSED) | (ways[:, 0] >= 0.0)
     points[dark] = np.nan
     return points, np.where(dark[:, None], np.nan, ways / np.hypot(ways[:, :1], ways[:, 1:]))
 
@@ -244,11 +244,11 @@ def _passing_intervals(passes: Callable[[np.ndarray, np.ndarray], np.ndarray], w
         return ends
     steps, middle = np.diff(np.pad(mask[lit].astype(np.int8), ((0, 0), (1, 1)))), SCAN // 2
     inside = np.empty((len(lit), 2))
-    for row, (step, places) in enumerate(zip(steps, offsets[lit], strict=True)):
+    for row, (step, row_offsets) in enumerate(zip(steps, offsets[lit], strict=True)):
         runs = list(zip(np.flatnonzero(step > 0).tolist(), (np.flatnonzero(step < 0) - 1).tolist(), strict=True))
         first, last = next((run for run in runs if centred and run[0] <= middle <= run[1]),
                            max(runs, key=lambda run: run[1] - run[0]))
-        inside[row] = places[first], places[last]
+        inside[row] = row_offsets[first], row_offsets[last]
     outward = (offsets[lit, 1] - offsets[lit, 0])[:, None] * [-1.0, 1.0]
     for _ in range(3):
         trial = inside[..., None] + outward[..., None] * np.linspace(0.0, 1.0, 33)
@@ -274,8 +274,8 @@ def blockers(lens: lb.Lens, trace: lb.Trace, forward: bool) -> np.ndarray:
     step = 1 if forward else -1
     reached = np.where(trace.surface < 0, first, trace.surface)
     early = (trace.fate == lb.Fate.MISSED) | (trace.fate == lb.Fate.BACKWARD)
-    found = np.where(early & (reached != last), reached + step, reached)
-    return np.where(trace.fate == lb.Fate.PASSED, -1, found)
+    blocking = np.where(early & (reached != last), reached + step, reached)
+    return np.where(trace.fate == lb.Fate.PASSED, -1, blocking)
 
 
 def end_text(lens: lb.Lens, fate: lb.Fate, surface: int) -> str:

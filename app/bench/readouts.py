@@ -125,7 +125,7 @@ def _of_lens(lens: lb.Lens, settings: Settings) -> Readings:
     film, limit, port = lens_setup.film, blur_limit(settings), lens_setup.port
     wavelength = lens.reference_wavelength
     designed = lb.first_order(lens, wavelength)
-    seen = lb.first_order(lens_setup.lens, wavelength)              # focused and stopped down
+    fo = lb.first_order(lens_setup.lens, wavelength)              # focused and stopped down
     area = 2.0 * lens_setup.lens.iris.equivalent_radius             # of a circle of as much area as the blades leave
     plain = replace(
         angles(film, lens.front_index * designed.efl, _across(lens, wavelength, lens.front_index), port),
@@ -133,7 +133,7 @@ def _of_lens(lens: lb.Lens, settings: Settings) -> Readings:
         efl=_finite(designed.efl), bfl=_finite(designed.bfl), ffl=_finite(designed.ffl), limit=limit,
         widest_f_number=_finite(lb.f_number_at_infinity(lens, wavelength)),
         film_distance=lens_setup.film_distance, focusing=lens_setup.focusing,
-        entrance_pupil=_finite(area * seen.entrance_pupil.radius), exit_pupil=_finite(area * seen.exit_pupil.radius),
+        entrance_pupil=_finite(area * fo.entrance_pupil.radius), exit_pupil=_finite(area * fo.exit_pupil.radius),
         reason=lens_setup.reason,
     )
     if not 0.0 < lens_setup.first_order.efl < math.inf:
@@ -143,27 +143,27 @@ def _of_lens(lens: lb.Lens, settings: Settings) -> Readings:
                                   for angle in traced_angles(lens, film.width, film.height, wavelength,
                                                              lens_setup.focusing.method))
         plain = replace(plain, fov_horizontal=across, fov_vertical=down, fov_diagonal=diagonal)
-    at, behind = lens_setup.lens, lens_setup.film_distance
-    nearest = lb.nearest_focus(at)
+    focused, behind = lens_setup.lens, lens_setup.film_distance
+    nearest = lb.nearest_focus(focused)
     focus = lens_setup.focus_distance                   # the nearest one where that of the settings was refused
     if len(lens.sections) > 1:
-        foci = lb.section_foci(at, focus, behind)
+        foci = lb.section_foci(focused, focus, behind)
         plain = replace(plain, across=_across(lens, wavelength), foci=(foci[0] - behind, foci[1] - behind))
-    plain = replace(plain, nearest_focus=nearest_in_focus(at, settings))
+    plain = replace(plain, nearest_focus=nearest_in_focus(focused, settings))
     near = far = math.nan
     try:
-        plain = replace(plain, magnification=lb.magnification(at, behind, focus))
-        near, far = lb.thick_depth_of_field(at, behind, focus, limit)
+        plain = replace(plain, magnification=lb.magnification(focused, behind, focus))
+        near, far = lb.thick_depth_of_field(focused, behind, focus, limit)
     except lb.LensError:                                # focused on what touches the lens
         pass
     if not settings.has_stop:
         return replace(plain, f_number=None)
-    working = lb.working_f_number(at, behind)
+    working = lb.working_f_number(focused, behind)
     return replace(
         plain, f_number=lens_setup.f_number, working_f_number=_finite(working), airy=airy_diameter(working, wavelength),
-        t_number=lb.t_number(at.at(close=0.0), coating(settings, lens).name, wavelength),
+        t_number=lb.t_number(focused.at(close=0.0), coating(settings, lens).name, wavelength),
         near_limit=_known(port.true(near)), far_limit=_known(port.true(far)),
-        hyperfocal=true_focus(at, max(lb.thick_hyperfocal(at, limit), nearest), settings),
+        hyperfocal=true_focus(focused, max(lb.thick_hyperfocal(focused, limit), nearest), settings),
     )
 
 
@@ -225,14 +225,14 @@ def _known(value: float) -> float | None:
 def intrinsics(of: lb.Camera) -> str | None:
     """Focal length and principal point in pixels, and the pose, as JSON; None for a camera that is not projective."""
     try:
-        found = of.intrinsics
+        values = of.intrinsics
     except lb.CameraError:
         return None
     film = of.film
     pose = np.reshape(of.placement(0.0, np.array([[film.pixels_x / 2.0, film.pixels_y / 2.0]])), (4, 4))
     return json.dumps({
-        "width": film.pixels_x, "height": film.pixels_y, "fx": found.fx, "fy": found.fy, "cx": found.cx,
-        "cy": found.cy, "K": found.matrix.tolist(), "world_from_camera": pose.tolist(),
+        "width": film.pixels_x, "height": film.pixels_y, "fx": values.fx, "fy": values.fy, "cx": values.cx,
+        "cy": values.cy, "K": values.matrix.tolist(), "world_from_camera": pose.tolist(),
         "units": "pixels per mm, mm" if of.gaussian.slope_film == 0.0 else "pixels, mm",     # of an orthographic camera
         "convention": "K: x right, y down, z forward; world_from_camera: x right, y up, looks along -z",
     }, indent=2)

@@ -74,8 +74,8 @@ def _sigmoid(t):
     return PIVOT_OUT + np.sign(t - PIVOT_IN) * scale * x / (1.0 + x ** POWER) ** (1.0 / POWER)
 
 
-def _mixed(rgb, part: float):
-    return (1.0 - part) * rgb + part * np.mean(rgb, axis=-1, keepdims=True)
+def _mixed(rgb, share: float):
+    return (1.0 - share) * rgb + share * np.mean(rgb, axis=-1, keepdims=True)
 
 
 def _agx(rgb):
@@ -116,8 +116,8 @@ def histogram(image: NDArray[np.float32], exposure: float, curve: str, sensor: b
     Each row is divided by its greatest inner bin, so that a clipped end does not flatten the rest; at most 1.
     """
     stride = max(1, int(np.sqrt(image.shape[0] * image.shape[1] / TONES_SAMPLED)))
-    part = np.nan_to_num(image[stride // 2::stride, stride // 2::stride].reshape(-1, 3), nan=0.0, posinf=1e9)
-    shown = develop(part, exposure, curve, sensor)
+    sampled = np.nan_to_num(image[stride // 2::stride, stride // 2::stride].reshape(-1, 3), nan=0.0, posinf=1e9)
+    shown = develop(sampled, exposure, curve, sensor)
     channels = [*shown.T, shown @ (0.2126, 0.7152, 0.0722)]
     counts = np.array([np.histogram(channel, BINS, (0.0, 1.0))[0] for channel in channels], np.float64)
     top = np.maximum(counts[:, 1:-1].max(), 1.0)

@@ -34,44 +34,44 @@ def nearest_in_focus(lens: lb.Lens, settings: Settings) -> float:
     return true_focus(lens, lb.nearest_focus(lens), settings)
 
 
-def true_focus(lens: lb.Lens, seen: float, settings: Settings, method: str = "paraxial") -> float:
+def true_focus(lens: lb.Lens, apparent: float, settings: Settings, method: str = "paraxial") -> float:
     """The true distance (mm) of what a lens sees at a distance through its window; errors as of `lb.focused`."""
-    if port_index(settings) == 1.0 or not math.isfinite(seen):
-        return seen
-    there = lb.focused(lens, seen, method)
-    return float(port_before(there, lb.film_distance(there, seen, method), settings).true(seen))
+    if port_index(settings) == 1.0 or not math.isfinite(apparent):
+        return apparent
+    there = lb.focused(lens, apparent, method)
+    return float(port_before(there, lb.film_distance(there, apparent, method), settings).true(apparent))
 
 
 def seen_focus(lens: lb.Lens, settings: Settings) -> float:
     """The focus distance (mm) as a lens, focused paraxially, sees it through its window; FocusError if too near."""
-    wanted = settings.focus_distance
-    if port_index(settings) == 1.0 or not math.isfinite(wanted):
-        return wanted
+    focus = settings.focus_distance
+    if port_index(settings) == 1.0 or not math.isfinite(focus):
+        return focus
 
-    def excess(seen: float) -> float:                   # the window moves with the film
-        return true_focus(lens, seen, settings) - wanted
+    def excess(apparent: float) -> float:                   # the window moves with the film
+        return true_focus(lens, apparent, settings) - focus
 
     nearest = lb.nearest_focus(lens)
-    if excess(nearest) > 0.0 or not excess(wanted) >= 0.0:
-        raise lb.FocusError(f"focus at {significant(wanted / 1000.0, 6)} m: through the window, the nearest distance "
+    if excess(nearest) > 0.0 or not excess(focus) >= 0.0:
+        raise lb.FocusError(f"focus at {significant(focus / 1000.0, 6)} m: through the window, the nearest distance "
                             f"of this lens is {significant(nearest_in_focus(lens, settings) / 1000.0, 4)} m from the "
                             "film")
-    return find_root(excess, nearest, wanted, SEEN_ALIKE * wanted)
+    return find_root(excess, nearest, focus, SEEN_ALIKE * focus)
 
 
-def seen_by_rays(lens: lb.Lens, settings: Settings, seen: float) -> float:
+def seen_by_rays(lens: lb.Lens, settings: Settings, apparent: float) -> float:
     """The same of a lens that is focused by all its rays, from the distance that it sees when focused paraxially.
 
     Its film, and so the window, and its groups stand a little elsewhere. FocusError where rays focus no nearer.
     """
-    if port_index(settings) == 1.0 or not math.isfinite(seen):
-        return seen
+    if port_index(settings) == 1.0 or not math.isfinite(apparent):
+        return apparent
     for _ in range(STEPS):
-        off = settings.focus_distance - true_focus(lens, seen, settings, "real")
-        seen += off / port_index(settings)
-        if abs(off) <= SEEN_ALIKE * seen:
+        off = settings.focus_distance - true_focus(lens, apparent, settings, "real")
+        apparent += off / port_index(settings)
+        if abs(off) <= SEEN_ALIKE * apparent:
             break
-    return seen
+    return apparent
 
 
 def port_of(settings: Settings) -> FlatPort:

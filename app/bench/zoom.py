@@ -29,7 +29,7 @@ def stations(lens: lb.Lens) -> list[dict[str, Any]]:
     in_focus: focus distance (mm from the film) at the back focus of the file. stated_efl, stated_distance: as the file
     states them.
     """
-    positions, found = lens.positions, []
+    positions, rows = lens.positions, []
     if positions is None:
         return []
     wavelength = lens.reference_wavelength
@@ -38,13 +38,13 @@ def stations(lens: lb.Lens) -> list[dict[str, Any]]:
             far, there = lens.at(zoom=zoom, close=0.0), lens.at(zoom=zoom, close=close)
             fo, film = lb.first_order(there, wavelength), there.surfaces[-1].thickness
             off = lb.first_order(far).bfl - far.surfaces[-1].thickness
-            found.append({
+            rows.append({
                 "name": positions.label(i, j), "zoom": zoom, "close": close, "efl": fo.efl,
                 "f_number": fo.f_number if close == 0.0 else None,      # which counts at infinity
                 "length": there.length, "back_focus": film, "in_focus": lb.focused_distance(there, film + off),
                 "stated_efl": positions.focal_lengths[i] if positions.focal_lengths else None,
                 "stated_distance": positions.distances[i][j] if positions.distances else None})
-    return found
+    return rows
 
 
 def station_lines(figures: list[dict[str, Any]]) -> list[str]:
@@ -86,7 +86,7 @@ def focal_length(lens: lb.Lens, zoom: float) -> float:
 def is_engraved(lens: lb.Lens) -> bool:
     """Whether focal lengths name zoom positions: positive, finite, growing. An edited lens may diverge half-way."""
     assert lens.positions is not None
-    lengths = [focal_length(lens, place) for place in lens.positions.zoom_stations]
+    lengths = [focal_length(lens, zoom) for zoom in lens.positions.zoom_stations]
     return 0.0 < min(lengths) and max(lengths) < inf and lengths[0] < lengths[-1]
 
 
@@ -108,7 +108,7 @@ def zoom_of(lens: lb.Lens, length: float) -> float:
 def engraved_zoom(lens: lb.Lens, length: float) -> float:
     """As `zoom_of`, but the station itself for its focal length as people read it: its gaps are edited there."""
     assert lens.positions is not None
-    near = min(lens.positions.zoom_stations, key=lambda place: abs(focal_length(lens, place) - length))
+    near = min(lens.positions.zoom_stations, key=lambda zoom: abs(focal_length(lens, zoom) - length))
     return near if abs(focal_length(lens, near) - length) <= ENGRAVED * length else zoom_of(lens, length)
 
 

@@ -37,22 +37,22 @@ def focus_shift_figure(query: Query, points: int, f_number: float | None = None)
     stops = math.sqrt(2.0) ** (0.5 * np.arange(1 + max(2, math.ceil(4 * math.log2(max(SLOWEST / widest, 1.0))))))
     # The f-numbers are those at the primary wavelength of the design, whatever the light
     numbers = widest * stops
-    found = focus_shift(query.lens, query.bench.film_distance, query.conditions(),
+    shifts = focus_shift(query.lens, query.bench.film_distance, query.conditions(),
                         lb.f_number_at_infinity(query.lens) * stops, FREQUENCY, 2.0 * query.bench.film.pitch)
-    most = 1000.0 * float(np.nanmax(np.abs([found.least_blur, found.best_mtf]), initial=0.0))
-    deep = 1000.0 * float(found.depth[0])
+    most = 1000.0 * float(np.nanmax(np.abs([shifts.least_blur, shifts.best_mtf]), initial=0.0))
+    deep = 1000.0 * float(shifts.depth[0])
     limit = reach([min(max(most, deep), max(ROOM * most, deep / DEEP))])
-    curves = (Curve("least rms blur", numbers, 1000.0 * found.least_blur),
-              Curve(f"highest MTF at {fixed(FREQUENCY, 0)} lp/mm", numbers, 1000.0 * found.best_mtf, "field0", DASHED),
+    curves = (Curve("least rms blur", numbers, 1000.0 * shifts.least_blur),
+              Curve(f"highest MTF at {fixed(FREQUENCY, 0)} lp/mm", numbers, 1000.0 * shifts.best_mtf, "field0", DASHED),
               *(Curve("depth of focus" if sign > 0.0 else "", numbers,
-                      1000.0 * (found.least_blur + sign * found.depth), "faint", DOTTED) for sign in (1.0, -1.0)),
+                      1000.0 * (shifts.least_blur + sign * shifts.depth), "faint", DOTTED) for sign in (1.0, -1.0)),
               Curve("film", numbers[[0, -1]], np.zeros(2), "amber", weight=1.0))
     if f_number is not None and numbers[0] < f_number <= numbers[-1]:
         curves += (Curve("", np.full(2, f_number), np.array([-limit, limit]), "dim", DASHED, 1.0),)
     table = Table(("f-number", "least blur (mm)", "highest MTF (mm)", "depth of focus (mm)"), tuple(zip(
-        numbers, found.least_blur, found.best_mtf, found.depth, strict=True)))
-    said = f"depth of focus for a blur of {significant(1000.0 * found.limit, 2)} µm, two pixels"
-    unknown = ", ".join(f_number_text(number) for number in numbers[np.isnan(found.best_mtf)].tolist())
+        numbers, shifts.least_blur, shifts.best_mtf, shifts.depth, strict=True)))
+    said = f"depth of focus for a blur of {significant(1000.0 * shifts.limit, 2)} µm, two pixels"
+    unknown = ", ".join(f_number_text(number) for number in numbers[np.isnan(shifts.best_mtf)].tolist())
     remarks = []
     if unknown:
         remarks.append(f"the MTF at {fixed(FREQUENCY, 0)} lp/mm has no maximum near the least blur at {unknown}")
@@ -72,23 +72,23 @@ def breathing_figure(query: Query, points: int) -> Figure:
     """
     query = query.lines
     film, height = query.bench.film, query.largest_height
-    part = 2.0 * height / film.diagonal
-    found = breathing(query.lens, replace(film, width=part * film.width, height=part * film.height), None,
+    share = 2.0 * height / film.diagonal
+    curve = breathing(query.lens, replace(film, width=share * film.width, height=share * film.height), None,
                       query.conditions().primary_wavelength, query.bench.lens)
-    near = np.isfinite(found.distances) & np.isfinite(found.half_angles)
-    metres, change = found.distances[near] / 1000.0, found.change[near]
+    near = np.isfinite(curve.distances) & np.isfinite(curve.half_angles)
+    metres, change = curve.distances[near] / 1000.0, curve.change[near]
     limit = reach(change, 1.0)
     table = Table(("focus distance (m)", "half field (deg)", "change of the view (%)", "focal length (mm)",
-                   "magnification"), tuple(zip(found.distances / 1000.0, np.degrees(found.half_angles), found.change,
-                                               found.focal_lengths, found.magnifications, strict=True)))
+                   "magnification"), tuple(zip(curve.distances / 1000.0, np.degrees(curve.half_angles), curve.change,
+                                               curve.focal_lengths, curve.magnifications, strict=True)))
     low, high = (float(metres.min()), float(metres.max())) if metres.size else (1.0, 2.0)
     return Figure("Breathing", ((Plot(Axis("Focus distance (m)", low, high, log=True),
                                       Axis("Field (%)", -limit, limit),
                                       (Curve("wider than at infinity", metres, change),
                                        Curve("", np.array([low, high]), np.zeros(2), "grid", weight=1.0))),),), table,
-                  f"{'corner of the film' if part == 1.0 else 'edge of light'}, {significant(height, 4)} mm · "
+                  f"{'corner of the film' if share == 1.0 else 'edge of light'}, {significant(height, 4)} mm · "
                   f"{query.primary_alone} · tangent of the half field",
-                  tuple(map(str, found.findings)))
+                  tuple(map(str, curve.findings)))
 
 
 def illumination_figure(query: Query, points: int) -> Figure:
@@ -103,14 +103,14 @@ def illumination_figure(query: Query, points: int) -> Figure:
     lights = relative_illumination(query.lens, query.bench.film_distance, query.bench.film, points=max(points, 9),
                                    wavelength=query.conditions().primary_wavelength)
     # The f-numbers are those at the primary wavelength of the design, whatever the light
-    found = [(f_number_text(query.bench.f_number * math.sqrt(2.0)**k), light) for k, (_, light) in enumerate(lights)]
-    first = found[0][1]
+    named = [(f_number_text(query.bench.f_number * math.sqrt(2.0)**k), light) for k, (_, light) in enumerate(lights)]
+    first = named[0][1]
     curves = [Curve(name, light.radii, 100.0 * light.total, f"field{k - 1}" if k else "strong")
-              for k, (name, light) in enumerate(found)]
-    curves += [Curve(f"natural, {found[0][0]}", first.radii, 100.0 * first.natural, "dim", DASHED),
-               Curve(f"vignetting, {found[0][0]}", first.radii, 100.0 * first.vignetting, "dim", DOTTED)]
+              for k, (name, light) in enumerate(named)]
+    curves += [Curve(f"natural, {named[0][0]}", first.radii, 100.0 * first.natural, "dim", DASHED),
+               Curve(f"vignetting, {named[0][0]}", first.radii, 100.0 * first.vignetting, "dim", DOTTED)]
     table = Table(("aperture", "film radius (mm)", "total", "natural", "vignetting"), tuple(
-        (name, *row) for name, light in found
+        (name, *row) for name, light in named
         for row in zip(light.radii, light.total, light.natural, light.vignetting, strict=True)))
     plot = Plot(Axis("Image height (mm)", 0.0, first.radii[-1]), Axis("Light (%)", 0.0, light_limit(first)),
                 tuple(curves))
@@ -124,27 +124,27 @@ def axial_figure(query: Query, points: int) -> Figure:
     points: heights in the stop. LensError for a lens with a cylinder or toroid, and one without a focus.
     """
     query = query.lines
-    given, away = query.conditions(), query.bench.film_distance
-    along = longitudinal_aberration(query.lens, away, given, max(points, 9))
-    shift = chromatic_focal_shift(query.lens, away, given)
+    conditions, away = query.conditions(), query.bench.film_distance
+    along = longitudinal_aberration(query.lens, away, conditions, max(points, 9))
+    shift = chromatic_focal_shift(query.lens, away, conditions)
     limit = reach(np.concatenate([along.foci.ravel(), shift.foci]))
     curves = [Curve(wavelength_name(line), foci, along.heights, line)
-              for line, foci in zip(given.wavelengths, along.foci, strict=True)]
+              for line, foci in zip(conditions.wavelengths, along.foci, strict=True)]
     zero = Curve("", np.zeros(2), np.array([0.0, 1.0]), "grid", weight=1.0)
     colours = 1000.0 * shift.wavelengths
     rest = Curve("", np.zeros(2), colours[[0, -1]], "grid", weight=1.0)
     focus = Axis("Focus (mm)", -limit, limit)
     table = Table(("wavelength (um)", "height in the stop", "focus behind the film (mm)"),
-                  tuple((line, height, at) for line, foci in zip(given.wavelengths, along.foci, strict=True)
-                        for height, at in zip(along.heights, foci, strict=True))
-                  + tuple((line, 0.0, at) for line, at in zip(shift.wavelengths, shift.foci, strict=True)))
+                  tuple((line, height, focus_z) for line, foci in zip(conditions.wavelengths, along.foci, strict=True)
+                        for height, focus_z in zip(along.heights, foci, strict=True))
+                  + tuple((line, 0.0, focus_z) for line, focus_z in zip(shift.wavelengths, shift.foci, strict=True)))
     return Figure("Longitudinal aberration and chromatic focal shift", ((
         Plot(focus, Axis("Height in the stop", 0.0, 1.0), (zero, *curves), "Longitudinal aberration",
              across=True),
         Plot(focus, Axis("Wavelength (nm)", colours[0], colours[-1]),
              (rest, Curve("paraxial focus", shift.foci, colours)),
              "Paraxial focus", across=True)),), table, query.words(None, "axis"),
-        tuple(str(finding) for finding in given.findings if finding.kind in (Kind.GLASS, Kind.LEFT_OUT)))
+        tuple(str(finding) for finding in conditions.findings if finding.kind in (Kind.GLASS, Kind.LEFT_OUT)))
 
 
 FREQUENCIES = (10.0, 30.0)      # lp/mm
@@ -165,23 +165,23 @@ USUAL = Stack()
 
 
 def stack_figure(query: Query, points: int, stack: Stack = USUAL) -> Figure:
-    """Contrast and foci over the field behind a stack, those of the bare lens dim beside them.
+    """Contrast and foci over the field behind a stack, those of the bare lens dim next to them.
 
     The lens is focused again paraxially for the stack, not for the adapter. LensError for a stack without room.
     """
-    given = query.conditions(FIELDS)
+    conditions = query.conditions(FIELDS)
     lens, away = with_sensor_stack(query.lens, query.bench.film_distance, *stack)
-    bare = ray_grid(query.lens, query.bench.film_distance, given, points)
-    behind = ray_grid(lens, away, given, points)
+    bare = ray_grid(query.lens, query.bench.film_distance, conditions, points)
+    behind = ray_grid(lens, away, conditions, points)
     contrast = [mtf(rays, FREQUENCIES).white_modulus for rays in (bare, behind)]
     if query.lens.is_rotationally_symmetric:
-        curves = [field_curves(each, film, given, 2 * points + 1)
-                  for each, film in ((query.lens, query.bench.film_distance), (lens, away))]
-        primary = given.primary
-        foci = [(each.heights, each.sagittal[:, primary], each.tangential[:, primary]) for each in curves]
+        curves = [field_curves(traced, film, conditions, 2 * points + 1)
+                  for traced, film in ((query.lens, query.bench.film_distance), (lens, away))]
+        primary = conditions.primary
+        foci = [(traced.heights, traced.sagittal[:, primary], traced.tangential[:, primary]) for traced in curves]
     else:
-        both = [(rays, close_foci(rays)[:, given.primary]) for rays in (bare, behind)]
-        foci = [(rays.image_heights, found[:, 0], found[:, 1]) for rays, found in both]
+        both = [(rays, close_foci(rays)[:, conditions.primary]) for rays in (bare, behind)]
+        foci = [(rays.image_heights, pair[:, 0], pair[:, 1]) for rays, pair in both]
     plots = (_contrast(bare, *contrast), _foci(foci[0], foci[1], bare))
     words = query.words(behind, f"stack {significant(stack.thickness)} mm, index {significant(stack.refractive_index)}",
                         f"adapter {significant(stack.adapter_error, signed=True)} mm", "dim: without both",
@@ -208,13 +208,13 @@ def _foci(bare: Foci, behind: Foci, rays: RayGrid) -> Plot:
     """Image heights with sagittal and tangential foci (n,) without the stack and with it."""
     lit = rays.image_heights[rays.lit]
     end = 1.0001 * float(lit[-1]) if lit.size else math.inf
-    curves, seen = [], []
+    curves, known = [], []
     for (heights, *both), name, tint, weight in ((bare, "bare", "faint", 1.2), (behind, "", "strong", 1.6)):
         for way, foci, dash in zip(("sagittal", "tangential"), both, (SOLID, DASHED), strict=True):
             shown = np.where(heights <= end, foci, np.nan)
-            seen.append(shown[np.isfinite(shown)])
+            known.append(shown[np.isfinite(shown)])
             curves.append(Curve(name or way, heights, shown, tint, dash, weight))
-    limit = reach(np.concatenate(seen), 0.01)
+    limit = reach(np.concatenate(known), 0.01)
     return Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(bare[0]))), Axis("Focus (mm)", -limit, limit),
                 tuple(curves), "Foci behind the film")
 

@@ -3,8 +3,9 @@
 Lengths in mm, camera frame. What a pixel sees `depth` before the film has a circle of confusion of the diameter gain ·
 |1/(focus − offset) − 1/(depth − offset)| pixels, `offset` being the distance of the entrance pupil, or of the
 front principal plane, from the film. For a centred lens and film the three numbers are those of its first order,
-and the same for all pixels. Before a tilted or decentred film they change with the place: in closed form for ideal
-lenses. A lens that is traced, or decentred, has them from traced beams: no formula knows its field curvature there.
+and the same for all pixels. Before a tilted film they change with the position: in closed form for ideal lenses. A
+lens that is traced, or has tilted or decentred elements, has them from traced beams: no formula knows its field
+curvature there.
 
 Distances in metres from the film, beyond a window into water as well; diameters in micrometres on the film.
 """
@@ -47,7 +48,7 @@ class Blur:
 
     @classmethod
     def even(cls, gain: float, focus: float, offset: float = 0.0, sharp: float = 1.5) -> "Blur":
-        """The blur of all pixels alike; focus: one over the distance of what is in focus beyond the offset (1/mm)."""
+        """The same blur for all pixels; focus: one over the distance of what is in focus beyond the offset (1/mm)."""
         return cls(np.array([[[gain * focus, gain, offset]]]), sharp)
 
     @cached_property
@@ -55,14 +56,14 @@ class Blur:
         """Whether anything is blurred."""
         return bool((self.nodes[..., 1] > 0.0).any())
 
-    def pixels(self, depth: float, part: tuple[float, float]) -> float:
+    def pixels(self, depth: float, share: tuple[float, float]) -> float:
         """The diameter (pixels) of a point at a depth (mm, or inf) that a part of the picture shows."""
-        at = np.array(part) * (np.array(self.nodes.shape[1::-1]) - 1)
-        low = np.clip(np.floor(at).astype(int), 0, np.maximum(np.array(self.nodes.shape[1::-1]) - 2, 0))
-        (u, v), (i, j) = np.clip(at - low, 0.0, 1.0), low
-        here = self.nodes[j:j + 2, i:i + 2]
-        weights = np.outer([1.0 - v, v], [1.0 - u, u])[:here.shape[0], :here.shape[1]]
-        focused, gain, offset = np.einsum("ji,jic->c", weights, here).tolist()
+        position = np.array(share) * (np.array(self.nodes.shape[1::-1]) - 1)
+        low = np.clip(np.floor(position).astype(int), 0, np.maximum(np.array(self.nodes.shape[1::-1]) - 2, 0))
+        (u, v), (i, j) = np.clip(position - low, 0.0, 1.0), low
+        corners = self.nodes[j:j + 2, i:i + 2]
+        weights = np.outer([1.0 - v, v], [1.0 - u, u])[:corners.shape[0], :corners.shape[1]]
+        focused, gain, offset = np.einsum("ji,jic->c", weights, corners).tolist()
         return abs(focused - (0.0 if math.isinf(depth) else gain / max(depth - offset, 1.0)))
 
     @classmethod
@@ -122,7 +123,7 @@ def _through(port: FlatPort, nodes: np.ndarray, settings: Settings, efl: float) 
     """The nodes of a camera in air for depths behind its window into water.
 
     What is at the depth d appears at w + (d − w) / n: beyond another offset, with another gain. n is the mean of the
-    two foci of a beam aslant; nodes that were alike are spread over the picture for it.
+    two foci of a beam aslant; equal nodes are spread over the picture for it.
     """
     if port.index == 1.0:
         return nodes
@@ -148,13 +149,13 @@ def _traced(settings: Settings) -> np.ndarray:
     the pupil, times the way of the image for a turn of the beam. Both come from beams side by side, which turn about
     the pupil.
     """
-    built, places = bench_of(settings), _film_places(settings, ACROSS, DOWN)
-    film = settings.film_pose.points(places.reshape(-1, 2))
+    built, film_xy = bench_of(settings), _film_places(settings, ACROSS, DOWN)
+    film = settings.film_pose.points(film_xy.reshape(-1, 2))
     narrow = beams(built.lens, built.film_distance, film)
     whole = beams(built.lens, built.film_distance, film, whole=True)
     focused = whole if built.focusing.method == "real" else narrow
     directions, starts = (values.reshape(DOWN, ACROSS, 3) for values in (narrow.directions, narrow.starts))
-    steps = places[0, 1, 0] - places[0, 0, 0], places[1, 0, 1] - places[0, 0, 1]
+    steps = film_xy[0, 1, 0] - film_xy[0, 0, 0], film_xy[1, 0, 1] - film_xy[0, 0, 1]
 
     def slopes(values: np.ndarray) -> np.ndarray:
         """Changes (n, 3, 2) for a mm across and down the film, across the beam."""
@@ -188,7 +189,7 @@ def _across(whole: Beams, pupil: np.ndarray, good: np.ndarray) -> np.ndarray:
     return np.asarray(whole.across[good] + t * (mixed + mixed.transpose(0, 2, 1)) + t * t * whole.slopes[good])
 
 
-NEIGHBOURS = (-1, 2, 5)         # stops from the present f-number, drawn faint
+NEIGHBOURS = (-1, 2, 5)         # stops from the current f-number, drawn faint
 SMALLEST = 1e-4                 # µm: least diameter at the focus, below every plot
 ROUND = (1.0, 2.0, 5.0)
 
@@ -239,7 +240,7 @@ def _curves(settings: Settings, low: float, high: float, lens: Stamp) -> Curves:
         distances = np.concatenate([distances, [focus], focus * (1.0 - steps), focus * (1.0 + steps)])
         distances = np.unique(distances[(distances >= 1000.0 * low) & (distances <= 1000.0 * high)])
     if not settings.focuses:
-        raise ValueError("A pinhole has no focus: hole and diffraction blur all distances nearly alike")
+        raise ValueError("A pinhole has no focus: hole and diffraction blur all distances nearly equally")
     if not settings.has_lens:
         port = port_of(settings)
         thin = lb.circle_of_confusion(*focused_lens(settings), port.apparent(focus), port.apparent(distances))
@@ -264,16 +265,16 @@ def _micrometres(millimetres: np.ndarray) -> np.ndarray:
 
 def _neighbours(got: Readings, coc: np.ndarray) -> tuple[tuple[float, np.ndarray], ...]:
     """The curve at neighbouring whole stops: a diameter is proportional to 1 / f-number."""
-    present = got.f_number
-    assert present is not None
-    here = min(range(len(WHOLE_STOPS)), key=lambda i: abs(math.log(WHOLE_STOPS[i] / present)))
-    found = []
+    f_number = got.f_number
+    assert f_number is not None
+    nearest = min(range(len(WHOLE_STOPS)), key=lambda i: abs(math.log(WHOLE_STOPS[i] / f_number)))
+    neighbours = []
     for step in NEIGHBOURS:
-        if 0 <= here + step < len(WHOLE_STOPS):
-            f_number = WHOLE_STOPS[here + step]
-            if 0.98 * (got.widest_f_number or 0.0) <= f_number <= max(32.0, present):
-                found.append((f_number, _micrometres(coc * present / f_number)))
-    return tuple(found)
+        if 0 <= nearest + step < len(WHOLE_STOPS):
+            neighbour = WHOLE_STOPS[nearest + step]
+            if 0.98 * (got.widest_f_number or 0.0) <= neighbour <= max(32.0, f_number):
+                neighbours.append((neighbour, _micrometres(coc * f_number / neighbour)))
+    return tuple(neighbours)
 
 
 def main_curve(shown: Curves) -> np.ndarray:

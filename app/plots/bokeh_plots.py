@@ -53,7 +53,7 @@ def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple
     heights = query.few(*BOKEH_FIELDS)
     layers: list = []
     rows: list[tuple] = []
-    distances = [query.focus_distance * part for part in AWAY] if math.isfinite(query.focus_distance) else \
+    distances = [query.focus_distance * factor for factor in AWAY] if math.isfinite(query.focus_distance) else \
         [20.0 * built.first_order.efl * step for step in (1.0, 3.0, 10.0)] + [math.inf]
     rays, refused = None, dict[str, LensError]()
     for column, distance in enumerate(distances):
@@ -85,7 +85,7 @@ def bokeh_figure(query: Query, points: int, view: str = "linear", ripple: Ripple
     head = ("field (mm)", "distance (m)", "window (um)", "rms sagittal (um)", "rms tangential (um)", "cut by surface")
     words = query.words(rays, "one scale a column", "log, 4 decades" if view == "log" else "linear",
                         "waves near focus, rays far from it", *(() if ripple is None else (_ripple_words(ripple),)))
-    remarks = (*(f"{at}: {error}" for at, error in refused.items()),
+    remarks = (*(f"{distance_text}: {error}" for distance_text, error in refused.items()),
                *(query.remarks(rays) if rays is not None else ()))
     return Figure("Bokeh", ((plot,),), Table(head, tuple(rows)), words, remarks)
 
@@ -154,8 +154,8 @@ def _ended(spread: PointSpread, row: int) -> str:
     rays = spread.rays
     ends = rays.victim[row, rays.conditions.primary]
     within = rays.stop_share[row, rays.conditions.primary] <= 1.0
-    found = np.unique(ends[within & (ends >= 0) & (ends != rays.lens.stop_index)])
-    return ", ".join(str(int(each)) for each in found)
+    surfaces = np.unique(ends[within & (ends >= 0) & (ends != rays.lens.stop_index)])
+    return ", ".join(str(int(surface)) for surface in surfaces)
 
 
 STAR_FIELDS = {"axis": 0.0, "middle": 0.7}
@@ -172,23 +172,23 @@ def star_figure(query: Query, points: int, field: str = "axis") -> Figure:
     lens = query.bench.lens
     if lens.iris.is_round:
         raise lb.LensError(NO_BLADES)
-    at = query.parts(STAR_FIELDS[field])[0]
-    point = (0.0, at) if isinstance(at, float) else at
+    on_film = query.parts(STAR_FIELDS[field])[0]
+    point = (0.0, on_film) if isinstance(on_film, float) else on_film
     height = math.hypot(*point)
-    found = _star(lens, query.bench.film_distance, point, points > 16)
-    half = 1000.0 * float(found.radii[-1]) / math.sqrt(2.0)
-    light = _picture(found, half / 1000.0)
-    count, number = len(found.rays), lb.f_number_at_infinity(lens)
+    star = _star(lens, query.bench.film_distance, point, points > 16)
+    half = 1000.0 * float(star.radii[-1]) / math.sqrt(2.0)
+    light = _picture(star, half / 1000.0)
+    count, number = len(star.rays), lb.f_number_at_infinity(lens)
     blades = f"{lens.iris.blades} blades, f/{significant(number, 2)}"
     title = f"{count} rays" if count else "no rays"
     picture = Plot(Axis("x (µm)", -half, half), Axis("y (µm)", -half, half), (
         Map("of the brightest shown", light, (-half, half), (-half, half), decades=STAR_DECADES),), title, equal=True)
-    degrees = np.degrees(np.append(found.azimuths, 2.0 * math.pi))
-    around = np.append(found.profile, found.profile[0])
+    degrees = np.degrees(np.append(star.azimuths, 2.0 * math.pi))
+    around = np.append(star.profile, star.profile[0])
     top = reach([float(around.max())])
     layers: list = [Curve("brightness", degrees, around)]
-    layers += [Area((at - 5.0, at + 5.0), (0.1, top), f"ray at {significant(at, 3)}°")
-               for at in np.degrees(found.rays).tolist()]
+    layers += [Area((angle - 5.0, angle + 5.0), (0.1, top), f"ray at {significant(angle, 3)}°")
+               for angle in np.degrees(star.rays).tolist()]
     profile = Plot(Axis("Direction (°)", 0.0, 360.0), Axis("Brightness (× median)", 0.1, top, log=True), tuple(layers))
     words = query.words(None, blades, "a point of light at the " + ("centre" if height < AXIS else
                                                                     f"height {significant(height, 3)} mm"),
@@ -203,19 +203,19 @@ def _star(lens: lb.Lens, film_distance: float, point: tuple[float, float], fine:
     return sunstar(lens, film_distance, point, azimuths=720 if fine else 360, colours=24 if fine else 10)
 
 
-def _picture(found: Sunstar, half: float) -> np.ndarray:
+def _picture(star: Sunstar, half: float) -> np.ndarray:
     """Light (PIXELS, PIXELS) over x and y from −half to half (mm), 1 at its brightest.
 
     Within the innermost radius it is that of this radius.
     """
-    at = half * (2.0 * (np.arange(PIXELS) + 0.5) / PIXELS - 1.0)
-    r = np.log(np.maximum(np.hypot(at, at[:, None]), found.radii[0]))
-    steps = np.log(found.radii)
+    positions = half * (2.0 * (np.arange(PIXELS) + 0.5) / PIXELS - 1.0)
+    r = np.log(np.maximum(np.hypot(positions, positions[:, None]), star.radii[0]))
+    steps = np.log(star.radii)
     i = np.clip((r - steps[0]) / (steps[1] - steps[0]), 0.0, len(steps) - 1.001)
-    j = (np.arctan2(at[:, None], at) / (2.0 * math.pi) % 1.0) * len(found.azimuths)
-    low, left = i.astype(int), j.astype(int) % len(found.azimuths)
-    u, v, right = i - low, j - np.floor(j), (left + 1) % len(found.azimuths)
-    logs = np.log(np.maximum(found.density, 1e-30))
+    j = (np.arctan2(positions[:, None], positions) / (2.0 * math.pi) % 1.0) * len(star.azimuths)
+    low, left = i.astype(int), j.astype(int) % len(star.azimuths)
+    u, v, right = i - low, j - np.floor(j), (left + 1) % len(star.azimuths)
+    logs = np.log(np.maximum(star.density, 1e-30))
     light = np.exp((1 - u) * ((1 - v) * logs[low, left] + v * logs[low, right])
                    + u * ((1 - v) * logs[low + 1, left] + v * logs[low + 1, right]))
     return np.asarray(light / light.max())

@@ -104,13 +104,13 @@ def box_samples(lens: lb.Lens, film_distance: float, film_radius: float, azimuth
 
 @lru_cache(maxsize=16)
 def _box_samples(lens: lb.Lens, film_distance: float, film_radius: float, azimuth: float) -> BoxSamples:
-    seen = region(lens, film_distance, film_radius, azimuth)
-    if seen.area <= 0.0:
+    outlined = region(lens, film_distance, film_radius, azimuth)
+    if outlined.area <= 0.0:
         return BoxSamples(np.zeros((0, 2)), np.zeros(0, bool), np.zeros(0, int))
     # The R2 sequence: even, without visible rows
     k = np.arange(1, SAMPLES + 1)
     uv = np.stack([k * 0.7548776662466927, k * 0.5698402909980532], axis=1) % 1.0
-    x0, y0, x1, y1 = seen.box
+    x0, y0, x1, y1 = outlined.box
     points = [x0, y0] + uv * [x1 - x0, y1 - y0]
     film_xy = film_point(film_radius, azimuth)
     trace = from_film(lens, film_distance, film_xy, points @ turn(lens, film_xy))

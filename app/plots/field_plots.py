@@ -2,8 +2,8 @@
 
 Foci are those of narrow beams about the chief rays. Distortion is that of image heights against f tan θ, with the focal
 length f of each section from a field close to the film's centre, and tan θ the slope of the chief ray's light in the
-scene, less that of the centre. Curves of a decentred lens run from edge to edge of the film, as it draws otherwise on
-either side.
+scene, less that of the centre. Curves of a tilted or decentred lens run from edge to edge of the film: its two sides
+differ.
 """
 
 import math
@@ -27,7 +27,7 @@ from lensbench.core.text import fixed, significant
 DEPTH_FIELDS = 9
 DIAGONALS = 1500.0              # of the film in the blur that counts as sharp by default
 LOG = 6.0                       # × the nearest, from which on the axis is logarithmic
-ROOM = 0.2                      # of the distances shown, beside them
+ROOM = 0.2                      # of the distances shown, on either side
 BEYOND = 1.6                    # × the farthest finite distance, where an infinite one is drawn
 
 
@@ -39,12 +39,12 @@ def depth_figure(query: Query, points: int, limit: float | None = None) -> Figur
     built = query.bench
     sharp = built.film.diagonal / DIAGONALS if limit is None else limit
     fields = query.conditions(DEPTH_FIELDS if points > 16 else DEPTH_FIELDS // 2 + 1)
-    found = field_depth(query.lens, built.film_distance, fields, sharp, min(points, 24))
-    heights = found.heights
+    depth = field_depth(query.lens, built.film_distance, fields, sharp, min(points, 24))
+    heights = depth.heights
     # Beyond a window into water at their true distances, which grow towards the edge of the field
     port = replace(built.port, index=built.port.stretch(heights / abs(built.first_order.efl)))
-    near, far, best = (port.true(each + built.film_z) for each in (found.near, found.far, found.best))
-    said = [_said(found, i, (near[i], far[i], best[i])) for i in range(len(heights))]
+    near, far, best = (port.true(values + built.film_z) for values in (depth.near, depth.far, depth.best))
+    said = [_said(depth, i, (near[i], far[i], best[i])) for i in range(len(heights))]
     near, far, best = 0.001 * near, 0.001 * far, 0.001 * best
     focus = 0.001 * float(built.port.true(query.focus_distance))
     paraxial = _paraxial(query, sharp)
@@ -53,13 +53,13 @@ def depth_figure(query: Query, points: int, limit: float | None = None) -> Figur
     low, high = (float(known.min()), float(known.max())) if known.size else (0.1, 100.0)
     room = max(ROOM * (high - low), 1e-3 * high)
     low, high = max(0.9 * low, low - room), BEYOND * high if endless else min(1.1 * high, high + room)
-    shown = [np.where(np.isinf(each), high, each) for each in (near, far, best)]
+    shown = [np.where(np.isinf(values), high, values) for values in (near, far, best)]
     ends = np.array([0.0, float(np.nanmax(heights))])
     curves: list = [Curve("nearest sharp", heights, shown[0], "field0"),
                     Curve("farthest sharp", heights, shown[1], "field2"),
                     Curve("sharpest", heights, shown[2], "strong", DASHED)]
-    for k, each in enumerate(paraxial):
-        curves.append(Curve("" if k else "paraxial", ends, np.full(2, min(each, high)), "dim", DOTTED, 1.2))
+    for k, values in enumerate(paraxial):
+        curves.append(Curve("" if k else "paraxial", ends, np.full(2, min(values, high)), "dim", DOTTED, 1.2))
     curves.append(Curve("focus", ends, np.full(2, min(focus, high)), "amber", weight=1.0))
     step = 0.5 * (heights[1] - heights[0]) if len(heights) > 1 else 1.0
     curves += [Area((h - step, h + step), (low, high), said[i]) for i, h in enumerate(heights) if math.isfinite(h)]
@@ -67,9 +67,9 @@ def depth_figure(query: Query, points: int, limit: float | None = None) -> Figur
                 tuple(curves), "∞ at the top" if endless else "")
     words = query.words(None, f"sharp: blurred by {significant(1000.0 * sharp, 3)} µm at most",
                         "blur: 2√2 × the rms radius, white", f"{len(heights)} fields")
-    remarks = tuple(str(each.message) for each in found.findings if each.kind is not Kind.ASSUMED)
+    remarks = tuple(str(values.message) for values in depth.findings if values.kind is not Kind.ASSUMED)
     head = ("field (mm)", "nearest (m)", "farthest (m)", "sharpest (m)", "least blur (um)")
-    rows = tuple(zip(heights, near, far, best, 1000.0 * found.least, strict=True))
+    rows = tuple(zip(heights, near, far, best, 1000.0 * depth.least, strict=True))
     return with_rims(query, Figure("Depth of field", ((plot,),), Table(head, rows), words, remarks))
 
 
@@ -80,17 +80,17 @@ def _paraxial(query: Query, sharp: float) -> tuple[float, ...]:
         limits = lb.thick_depth_of_field(built.lens, built.film_distance, query.focus_distance, sharp)
     except lb.LensError:
         return ()
-    return tuple(0.001 * float(built.port.true(each)) for each in limits if not math.isnan(each))
+    return tuple(0.001 * float(built.port.true(limit)) for limit in limits if not math.isnan(limit))
 
 
-def _said(found: FieldDepth, i: int, distances: tuple[float, float, float]) -> str:
+def _said(depth: FieldDepth, i: int, distances: tuple[float, float, float]) -> str:
     """The numbers of a field. distances: nearest and farthest sharp one, and the sharpest (mm from the film)."""
-    lines = [f"{significant(found.heights[i], 3)} mm from the centre"]
-    if math.isnan(found.least[i]):
+    lines = [f"{significant(depth.heights[i], 3)} mm from the centre"]
+    if math.isnan(depth.least[i]):
         return f"{lines[0]}: no light reaches this field"
     for name, value in zip(("nearest sharp", "farthest sharp", "sharpest"), distances, strict=True):
         lines.append(f"{name}   {format_distance(value) if not math.isnan(value) else '–'}")
-    return "\n".join((*lines, f"least blur   {significant(1000.0 * found.least[i], 3)} µm"))
+    return "\n".join((*lines, f"least blur   {significant(1000.0 * depth.least[i], 3)} µm"))
 
 
 CLOSE = 0.01                    # of the half film: the field whose height gives the focal length
@@ -103,19 +103,19 @@ TINTS = ("field0", "field2")
 def section_figure(query: Query, points: int, shown: tuple[str, ...]) -> Figure:
     """The plots of these names ("curvature", "distortion", "colour") side by side, along both sides of the film."""
     film, count = query.bench.film, SECTION_FIELDS if points > 16 else SECTION_FIELDS // 2 + 1
-    parts = np.concatenate([[0.0, CLOSE], np.linspace(0.0, 1.0, count)[1:]])
+    shares = np.concatenate([[0.0, CLOSE], np.linspace(0.0, 1.0, count)[1:]])
     if not query.lens.is_centred:
-        parts = np.concatenate([-parts[:0:-1], parts])
-    sections = [replace(query, heights=tuple((0.5 * part * x, 0.5 * part * y) for part in parts.tolist()))
+        shares = np.concatenate([-shares[:0:-1], shares])
+    sections = [replace(query, heights=tuple((0.5 * share * x, 0.5 * share * y) for share in shares.tolist()))
                 for x, y in ((film.width, 0.0), (0.0, film.height))]
     grids = [asked.grid(16, asked.heights) for asked in sections]
     makers = {"curvature": _section_curvature, "distortion": _section_distortion, "colour": _section_colour}
-    top, one_sided = 0.5 * film.width, parts[0] == 0.0
+    top, one_sided = 0.5 * film.width, shares[0] == 0.0
     axis = Axis("Image height (mm)" if one_sided else "Place on the film (mm)", 0.0 if one_sided else -top, top)
     plots = tuple(makers[name](grids, axis) for name in shown)
     words = query.words(None, "foci of a narrow beam about the chief ray, from the film",
                         "distortion of chief rays against f tan θ of each section",
-                        f"{len(parts)} fields along the width, as many along the height")
+                        f"{len(shares)} fields along the width, as many along the height")
     both = [asked.remarks(rays) for asked, rays in zip(sections, grids, strict=True)]
     remarks = dict.fromkeys(said if said in both[1 - a] else f"along the {way}: {said}"
                             for a, way in enumerate(WAYS) for said in both[a])
@@ -133,14 +133,14 @@ def _places(rays: RayGrid) -> np.ndarray:
 
 
 def _foci(rays: RayGrid) -> np.ndarray:
-    """(F, 2) foci of sagittal and tangential rays; in the centre, which has neither, those of the fields beside it."""
+    """(F, 2) foci of sagittal and tangential rays; in the centre, which has neither, those of the fields next to it."""
     foci, middle = close_foci(rays)[:, rays.conditions.primary].copy(), _middle(rays)
-    foci[middle] = foci[_beside(middle)].mean(0)
+    foci[middle] = foci[_neighbours(middle)].mean(0)
     return foci
 
 
-def _beside(middle: int) -> list[int]:
-    """The fields beside the centre, which is the first or has others on both sides."""
+def _neighbours(middle: int) -> list[int]:
+    """The fields next to the centre, which is the first or has others on both sides."""
     return [middle + 1] if middle == 0 else [middle - 1, middle + 1]
 
 
@@ -156,10 +156,10 @@ def _section_zero(axis: Axis) -> Curve:
 def _section_curvature(grids: list[RayGrid], axis: Axis) -> Plot:
     curves, limits = [_section_zero(axis)], []
     for rays, way, tint in zip(grids, WAYS, TINTS, strict=True):
-        foci, places = _foci(rays), _places(rays)
+        foci, heights = _foci(rays), _places(rays)
         for a, (name, dash) in enumerate((("sagittal", SOLID), ("tangential", DASHED))):
-            curves.append(Curve(f"{name}, {way}", places, foci[:, a], tint, dash))
-            limits.append(foci[np.isfinite(places) & np.isfinite(foci[:, a]), a])
+            curves.append(Curve(f"{name}, {way}", heights, foci[:, a], tint, dash))
+            limits.append(foci[np.isfinite(heights) & np.isfinite(foci[:, a]), a])
     limit = reach(np.concatenate(limits), 0.01)
     return Plot(axis, Axis("Focus (mm)", -limit, limit), tuple(curves), "Foci behind the film")
 
@@ -171,7 +171,7 @@ def _distortions(rays: RayGrid) -> np.ndarray:
         slopes = np.tan(size) * np.where(size > 0.0, rays.angles[:, a] / size, 0.0)
         lengths = _places(rays) / (slopes - slopes[middle])
         lengths[middle] = np.nan
-        return np.asarray(100.0 * (lengths / lengths[_beside(middle)].mean() - 1.0))
+        return np.asarray(100.0 * (lengths / lengths[_neighbours(middle)].mean() - 1.0))
 
 
 def _section_distortion(grids: list[RayGrid], axis: Axis) -> Plot:
@@ -201,8 +201,8 @@ def _section_table(grids: list[RayGrid]) -> Table:
             "distortion f tan (%)")
     rows: list[tuple] = []
     for rays, way in zip(grids, WAYS, strict=True):
-        foci, places = _foci(rays), _places(rays)
-        rows += [(way, math.degrees(rays.field_angles[f]), places[f], *foci[f], distortion)
+        foci, heights = _foci(rays), _places(rays)
+        rows += [(way, math.degrees(rays.field_angles[f]), heights[f], *foci[f], distortion)
                  for f, distortion in enumerate(_distortions(rays))]
     return Table(head, tuple(rows))
 
@@ -220,73 +220,73 @@ def field_figure(query: Query, points: int, shown: tuple[str, ...] = SHOWN) -> F
     if not query.lens.is_rotationally_symmetric:
         return section_figure(query, points, shown)
     rays = query.grid(16)
-    found = field_curves(query.lens, query.bench.film_distance, query.conditions(), 2 * points + 1)
+    curves = field_curves(query.lens, query.bench.film_distance, query.conditions(), 2 * points + 1)
     dark = rays.image_heights[rays.lit]
     end = float(dark[-1]) if dark.size else math.inf
     makers = {"curvature": _field_curvature, "distortion": _field_distortion, "colour": _field_colour}
-    plots = tuple(makers[name](found, end, rays) for name in shown)
+    plots = tuple(makers[name](curves, end, rays) for name in shown)
     words = query.words(None, "foci of a narrow beam about the chief ray, from the film",
                         "distortion of chief rays against f tan θ" + (
-                            " and f θ" if np.isfinite(found.ideal_f_theta).any() else ""),
-                        f"{len(found.heights)} fields")
-    return with_rims(query, Figure("Field curves", (plots,), _field_table(found), words, query.remarks(rays)))
+                            " and f θ" if np.isfinite(curves.ideal_f_theta).any() else ""),
+                        f"{len(curves.heights)} fields")
+    return with_rims(query, Figure("Field curves", (plots,), _field_table(curves), words, query.remarks(rays)))
 
 
-def _axis(found: FieldCurves) -> Axis:
-    return Axis(HEIGHT, 0.0, float(np.nanmax(found.heights)))
+def _axis(curves: FieldCurves) -> Axis:
+    return Axis(HEIGHT, 0.0, float(np.nanmax(curves.heights)))
 
 
-def _field_zero(found: FieldCurves) -> Curve:
-    return Curve("", np.array([0.0, float(np.nanmax(found.heights))]), np.zeros(2), "faint", weight=1.0)
+def _field_zero(curves: FieldCurves) -> Curve:
+    return Curve("", np.array([0.0, float(np.nanmax(curves.heights))]), np.zeros(2), "faint", weight=1.0)
 
 
-def _lit(found: FieldCurves, values: np.ndarray, end: float) -> np.ndarray:
+def _lit(curves: FieldCurves, values: np.ndarray, end: float) -> np.ndarray:
     """The values of fields that light reaches; NaN beyond."""
-    return np.where(found.heights <= end * 1.0001, values, math.nan)
+    return np.where(curves.heights <= end * 1.0001, values, math.nan)
 
 
-def _field_curvature(found: FieldCurves, end: float, rays: RayGrid) -> Plot:
+def _field_curvature(field: FieldCurves, end: float, rays: RayGrid) -> Plot:
     """Tangential and sagittal foci of each wavelength, and the Petzval surface of the primary one."""
-    given, curves = found.conditions, [_field_zero(found)]
-    several, inner = len(given.wavelengths) > 1, found.heights <= end
-    for name, foci, dash in (("sagittal", found.sagittal, SOLID), ("tangential", found.tangential, DASHED)):
-        for c, line in enumerate(given.wavelengths):
-            main = c == given.primary
-            curves.append(Curve(f"{name} {wavelength_name(line)}" if several else name, found.heights,
-                                _lit(found, foci[:, c], end), line if several else "strong", dash,
+    conditions, curves = field.conditions, [_field_zero(field)]
+    several, inner = len(conditions.wavelengths) > 1, field.heights <= end
+    for name, foci, dash in (("sagittal", field.sagittal, SOLID), ("tangential", field.tangential, DASHED)):
+        for c, line in enumerate(conditions.wavelengths):
+            main = c == conditions.primary
+            curves.append(Curve(f"{name} {wavelength_name(line)}" if several else name, field.heights,
+                                _lit(field, foci[:, c], end), line if several else "strong", dash,
                                 1.8 if main else 1.0))
-    start = found.sagittal[0, given.primary]
-    curves.append(Curve("Petzval", found.heights, _lit(found, start + found.petzval, end), "dim", DOTTED, 1.0))
-    foci = np.concatenate([found.sagittal[inner].ravel(), found.tangential[inner].ravel()])
+    start = field.sagittal[0, conditions.primary]
+    curves.append(Curve("Petzval", field.heights, _lit(field, start + field.petzval, end), "dim", DOTTED, 1.0))
+    foci = np.concatenate([field.sagittal[inner].ravel(), field.tangential[inner].ravel()])
     limit = reach(foci[np.isfinite(foci)], 0.01)
-    return Plot(_axis(found), Axis("Focus (mm)", -limit, limit), tuple(curves), "Foci behind the film")
+    return Plot(_axis(field), Axis("Focus (mm)", -limit, limit), tuple(curves), "Foci behind the film")
 
 
-def _field_distortion(found: FieldCurves, end: float, rays: RayGrid) -> Plot:
-    tan, theta = _lit(found, found.distortion, end), _lit(found, found.f_theta_distortion, end)
-    curves = [_field_zero(found), Curve("against f tan θ", found.heights, tan, "strong", SOLID, 1.8)]
+def _field_distortion(field: FieldCurves, end: float, rays: RayGrid) -> Plot:
+    tan, theta = _lit(field, field.distortion, end), _lit(field, field.f_theta_distortion, end)
+    curves = [_field_zero(field), Curve("against f tan θ", field.heights, tan, "strong", SOLID, 1.8)]
     if np.isfinite(theta[1:]).any():
-        curves.append(Curve("against f θ", found.heights, theta, "text", DASHED, 1.2))
+        curves.append(Curve("against f θ", field.heights, theta, "text", DASHED, 1.2))
     known = tan[np.isfinite(tan)]
     limit = min(reach(known, 0.1), MOST)
-    return Plot(_axis(found), Axis("Distortion (%)", -limit, limit), tuple(curves), "Distortion")
+    return Plot(_axis(field), Axis("Distortion (%)", -limit, limit), tuple(curves), "Distortion")
 
 
-def _field_colour(found: FieldCurves, end: float, rays: RayGrid) -> Plot:
+def _field_colour(field: FieldCurves, end: float, rays: RayGrid) -> Plot:
     """Heights of the chief rays of other wavelengths, against that of the primary one."""
-    given, curves = found.conditions, [_field_zero(found)]
-    shown = 1000.0 * np.column_stack([_lit(found, each, end) for each in found.lateral_colour.T])
-    for c, line in enumerate(given.wavelengths):
-        if c != given.primary:
-            name = f"{wavelength_name(line)} less {wavelength_name(given.primary_wavelength)}"
-            curves.append(Curve(name, found.heights, shown[:, c], line, dash_of(c, given.primary)))
+    conditions, curves = field.conditions, [_field_zero(field)]
+    shown = 1000.0 * np.column_stack([_lit(field, shift, end) for shift in field.lateral_colour.T])
+    for c, line in enumerate(conditions.wavelengths):
+        if c != conditions.primary:
+            name = f"{wavelength_name(line)} less {wavelength_name(conditions.primary_wavelength)}"
+            curves.append(Curve(name, field.heights, shown[:, c], line, dash_of(c, conditions.primary)))
     radius = 1000.0 * np.nanmean(_airy(rays))
     for sign in (-1.0, 1.0):
-        curves.append(Curve("Airy radius", np.array([0.0, _axis(found).high]), np.full(2, sign * radius), "dim", DOTTED,
+        curves.append(Curve("Airy radius", np.array([0.0, _axis(field).high]), np.full(2, sign * radius), "dim", DOTTED,
                             1.0))
     limit = reach([*shown[np.isfinite(shown)], 1.2 * radius], 1.0)
-    title = "Lateral colour" if len(given.wavelengths) > 1 else "Lateral colour: one wavelength"
-    return Plot(_axis(found), Axis("Colour (µm)", -limit, limit), tuple(curves), title)
+    title = "Lateral colour" if len(conditions.wavelengths) > 1 else "Lateral colour: one wavelength"
+    return Plot(_axis(field), Axis("Colour (µm)", -limit, limit), tuple(curves), title)
 
 
 def _airy(rays: RayGrid) -> np.ndarray:
@@ -295,12 +295,12 @@ def _airy(rays: RayGrid) -> np.ndarray:
     return spots(rays).airy_radius[0, rays.conditions.primary]
 
 
-def _field_table(found: FieldCurves) -> Table:
-    lines = [f"{fixed(1000.0 * line, 1)} nm" for line in found.conditions.wavelengths]
+def _field_table(curves: FieldCurves) -> Table:
+    lines = [f"{fixed(1000.0 * line, 1)} nm" for line in curves.conditions.wavelengths]
     head = ("field (deg)", "image height (mm)", *(f"sagittal focus {line} (mm)" for line in lines),
             *(f"tangential focus {line} (mm)" for line in lines), "Petzval (mm)", "distortion f tan (%)",
             "distortion f theta (%)", *(f"lateral colour {line} (um)" for line in lines))
-    return Table(head, lambda: ((math.degrees(found.angles[i]), found.heights[i], *found.sagittal[i],
-                                *found.tangential[i], found.petzval[i], found.distortion[i],
-                                found.f_theta_distortion[i], *(1000.0 * found.lateral_colour[i]))
-                               for i in range(len(found.heights))))
+    return Table(head, lambda: ((math.degrees(curves.angles[i]), curves.heights[i], *curves.sagittal[i],
+                                *curves.tangential[i], curves.petzval[i], curves.distortion[i],
+                                curves.f_theta_distortion[i], *(1000.0 * curves.lateral_colour[i]))
+                               for i in range(len(curves.heights))))

@@ -29,13 +29,13 @@ def ghosts_figure(query: Query, points: int, field: str = "corner", coating: str
     """
     query, name = query.lines, coating or usual_coating(query.lens)
     way = field_direction(query, field)
-    found = _ghosts(query.lens, query.bench.film_distance, way, query.conditions().primary_wavelength, name,
+    ghosts = _ghosts(query.lens, query.bench.film_distance, way, query.conditions().primary_wavelength, name,
                     31 if points > 16 else 21)
-    if not any(row.share > 0.0 for row in found.rows) and not found.direct > 0.0:
+    if not any(row.share > 0.0 for row in ghosts.rows) and not ghosts.direct > 0.0:
         raise lb.LensError("no light of this field reaches the film, directly or by a ghost" + (
             ": choose one nearer to the centre" if FIELDS[field] else ""))
     film = query.bench.film
-    bright = [row for row in found.rows if row.share > 0.0]
+    bright = [row for row in ghosts.rows if row.share > 0.0]
     half_x, half_y = 0.5 * film.width, 0.5 * film.height
     layers: list = [Curve.through("", np.array([[-half_x, -half_y], [half_x, -half_y], [half_x, half_y],
                                                 [-half_x, half_y], [-half_x, -half_y]]), "dim", weight=1.0)]
@@ -61,16 +61,16 @@ def ghosts_figure(query: Query, points: int, field: str = "corner", coating: str
     where = f"field {significant(math.degrees(angle), 3)}°" + (", towards the lower left corner" if way[0] else "")
     words = query.words(None, where, query.primary_alone, f"coating {name}",
                         "brightness: light per mm² of the film, for 1 of the direct light")
-    dark = () if found.direct > 0.0 else ("no light of this field reaches the film directly: shares are not known",)
-    total = significant(100.0 * found.total, 3)
+    dark = () if ghosts.direct > 0.0 else ("no light of this field reaches the film directly: shares are not known",)
+    total = significant(100.0 * ghosts.total, 3)
     if not query.lens.is_rotationally_symmetric:
         dark = (*dark, f"no paraxial figures: the lens has {query.lens.asymmetry}")
-    remarks = (*dark, f"{len(bright)} of {len(found.rows)} pairs reach the plane of the film, with {total} % of the "
+    remarks = (*dark, f"{len(bright)} of {len(ghosts.rows)} pairs reach the plane of the film, with {total} % of the "
                       "direct light")
     head = ("surfaces", "brightness (1/mm2)", "light (of direct)", "size (mm)", "x (mm)", "y (mm)",
             "focus behind film (mm)", "paraxial size on axis (mm)", "paraxial light on axis")
     rows = tuple((f"{row.first}-{row.second}", row.brightness, row.share, row.diameter, -row.centre[0],
-                  -row.centre[1], row.focus, row.paraxial_diameter, row.paraxial_share) for row in found.rows)
+                  -row.centre[1], row.focus, row.paraxial_diameter, row.paraxial_share) for row in ghosts.rows)
     return Figure("Ghosts", ((discs, order),), Table(head, rows), words, remarks)
 
 
@@ -121,8 +121,8 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
         return None
     grids = [(entrance_grid(tracer, lanes, light, pair, box, SCAN), grid_rays(tracer, light, box, SCAN))
              for box in boxes]
-    found, rays = max(grids, key=lambda grid: grid[0][2].sum())         # of the island with the most light
-    lit = np.nonzero(found[2] > 0.0)[0]
+    cells, rays = max(grids, key=lambda grid: grid[0][2].sum())         # of the island with the most light
+    lit = np.nonzero(cells[2] > 0.0)[0]
     if not lit.size:
         return None
     points = rays[:3, lit]
@@ -134,7 +134,7 @@ def ghost_ray(query: Query, field: str, pair: Key) -> np.ndarray | None:
 
 
 def raster_of(settings: Settings, path: np.ndarray) -> tuple[float, float]:
-    """Where the picture (pixels) shows the end of a path (n, 3) on the film, which may be tilted or shifted.
+    """Where the picture (pixels) shows the end of a path (n, 3) on the film, which may be tilted or decentred.
 
     path: to the plane of a centred film; mm, lens frame.
     """

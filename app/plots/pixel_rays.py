@@ -84,16 +84,16 @@ class Pointed:
 
     def pixel(self, pixels_x: int, pixels_y: int) -> Place | None:
         """The middle of the pixel whose rays are shown, in raster pixels: the pinned one, else that under the mouse."""
-        at = self.hover if self.pinned is None else (self.pinned[0] * pixels_x, self.pinned[1] * pixels_y)
-        if at is None:
+        raster = self.hover if self.pinned is None else (self.pinned[0] * pixels_x, self.pinned[1] * pixels_y)
+        if raster is None:
             return None
-        column, row = (min(max(int(place), 0), count - 1)
-                       for place, count in zip(at, (pixels_x, pixels_y), strict=True))
+        column, row = (min(max(int(coordinate), 0), count - 1)
+                       for coordinate, count in zip(raster, (pixels_x, pixels_y), strict=True))
         return column + 0.5, row + 0.5
 
-    def toggle_pin(self, part: Place) -> None:
+    def toggle_pin(self, share: Place) -> None:
         """Pin the pixel at these parts of width and height, or unpin the one that is pinned."""
-        self.pinned = part if self.pinned is None else None
+        self.pinned = share if self.pinned is None else None
 
 
 LIGHT = 400                     # points of the pupil, for the light: of its rim too, which a grid would miss
@@ -173,8 +173,8 @@ def _beam(settings: Settings, raster: Place, lens: Stamp, scene: tuple[Stamp, ..
         return Beam(origins[1:], directions[1:], ends[1:], light, None, math.inf, math.inf, "")
     target = origins[0] + along * directions[0]
     ahead = float((target - pose[:3, 3]) @ -pose[:3, 2])
-    found = thing_at(_near(settings, scene, target), target, settings.moment)
-    return Beam(origins[1:], directions[1:], ends[1:], light, target, along, ahead, found[0] if found else "floor")
+    thing = thing_at(_near(settings, scene, target), target, settings.moment)
+    return Beam(origins[1:], directions[1:], ends[1:], light, target, along, ahead, thing[0] if thing else "floor")
 
 
 @lru_cache(maxsize=2)
@@ -190,8 +190,8 @@ def distances(scene: str, stamp: tuple[Stamp, ...], origins: np.ndarray, directi
     SceneFileError or OSError for a scene that cannot be read.
     """
     o, d = origins.T, directions.T
-    given = {X: o[0], Y: o[1], Z: o[2], L: d[0], M: d[1], N: d[2], TIME: np.zeros(len(origins))}
-    away, met = _depth(scene, stamp, moment).run(given, [RED, GREEN], len(origins))
+    values = {X: o[0], Y: o[1], Z: o[2], L: d[0], M: d[1], N: d[2], TIME: np.zeros(len(origins))}
+    away, met = _depth(scene, stamp, moment).run(values, [RED, GREEN], len(origins))
     return np.where(met > 0.0, away, math.inf)
 
 
@@ -201,10 +201,10 @@ def thing_at(shapes: Iterable[Shape], point: np.ndarray, moment: float) -> tuple
     A sphere has the axes of the world, a planar shape its half-axes and normal; rotation by a spin does not count.
     """
     for thing in shapes:
-        here = displaced(thing, moment) if thing.moves else thing
-        found = here.locate(point, TOUCH)
-        if found is not None:
-            return here.label, found
+        shape = displaced(thing, moment) if thing.moves else thing
+        local = shape.locate(point, TOUCH)
+        if local is not None:
+            return shape.label, local
     return None
 
 
@@ -258,9 +258,9 @@ def landing(settings: Settings, path: np.ndarray) -> Landing:
     point = origin + distance * direction
     there = (point - pose[:3, 3]) @ pose[:3, :3]
     raster, visible = of.raster_from_point([there])
-    found = thing_at(_near(settings, stamp, point), point, settings.moment)
+    thing = thing_at(_near(settings, stamp, point), point, settings.moment)
     return Landing(point, (float(raster[0][0]), float(raster[0][1])) if visible[0] else None,
-                   f"from the {found[0] if found else 'floor'}, {format_distance(-float(there[2]))} ahead")
+                   f"from the {thing[0] if thing else 'floor'}, {format_distance(-float(there[2]))} ahead")
 
 
 COUNT = 9                       # rays that reach the scene
@@ -271,10 +271,10 @@ INSIDE = 1.0 - 1e-5             # of the way to the outline, whose chords and bi
 def film_place(settings: Settings, raster: Place) -> Place:
     """The film point (x, y) in mm of a raster point, lens frame: upside down on the film."""
     film = settings.film
-    at = (0.5 - raster[0] / film.pixels_x) * film.width, (raster[1] / film.pixels_y - 0.5) * film.height
+    film_xy = (0.5 - raster[0] / film.pixels_x) * film.width, (raster[1] / film.pixels_y - 0.5) * film.height
     if settings.film_pose.is_upright:
-        return at
-    x, y, _ = settings.film_pose.points(np.array([at]))[0].tolist()
+        return film_xy
+    x, y, _ = settings.film_pose.points(np.array([film_xy]))[0].tolist()
     return x, y
 
 
@@ -283,18 +283,18 @@ def pixel_fan(settings: Settings, raster: Place, above: bool = False) -> Fan:
 
     above: in the section x–z of a lens without rotational symmetry.
     """
-    at = film_place(settings, raster)
+    film_xy = film_place(settings, raster)
     if settings.kind.ideal_lens:
-        return _perspective_fan(settings.optics, math.hypot(*at))
+        return _perspective_fan(settings.optics, math.hypot(*film_xy))
     if not settings.has_lens:
         raise ValueError(f"{settings.camera_title}: no lens to draw the rays in")
     built, _ = seen_from(settings, raster)
     if not settings.follows_lens:
-        return ideal_lens_fan(built.lens, built.film_distance, "pixel", math.hypot(*at),
+        return ideal_lens_fan(built.lens, built.film_distance, "pixel", math.hypot(*film_xy),
                               COUNT if settings.has_stop else 1)
     if above:
-        return _traced_fan(quarter_turned(built.lens), built.film_distance, (-at[1], at[0]))
-    return _traced_fan(built.lens, built.film_distance, at)
+        return _traced_fan(quarter_turned(built.lens), built.film_distance, (-film_xy[1], film_xy[0]))
+    return _traced_fan(built.lens, built.film_distance, film_xy)
 
 
 def _perspective_fan(settings: Settings, radius: float) -> Fan:
@@ -310,18 +310,18 @@ def _perspective_fan(settings: Settings, radius: float) -> Fan:
 @lru_cache(maxsize=8)
 def _traced_fan(lens: lb.Lens, film_distance: float, film_xy: Place) -> Fan:
     radius = math.hypot(*film_xy) if lens.is_rotationally_symmetric else film_xy[1]
-    seen = region(lens, film_distance, math.hypot(*film_xy), math.atan2(film_xy[1], film_xy[0]))
-    if seen.area <= 0.0:
+    pupil = region(lens, film_distance, math.hypot(*film_xy), math.atan2(film_xy[1], film_xy[0]))
+    if pupil.area <= 0.0:
         return Fan("pixel", radius, (), DARK)
     back = turn(lens, film_xy)
 
     # Along a line upward through the middle of the region, from one side of its outline to the other
-    middle = seen.outline.mean(0)
-    x, y = seen.outline.T
+    middle = pupil.outline.mean(0)
+    x, y = pupil.outline.T
     after_x, after_y = np.roll(x, -1), np.roll(y, -1)
     cut = (x < middle[0]) != (after_x < middle[0])
-    part = (middle[0] - x[cut]) / (after_x[cut] - x[cut])
-    heights = y[cut] + part * (after_y[cut] - y[cut]) - middle[1]
+    share = (middle[0] - x[cut]) / (after_x[cut] - x[cut])
+    heights = y[cut] + share * (after_y[cut] - y[cut]) - middle[1]
     low, high = INSIDE * float(heights.min()), INSIDE * float(heights.max())
 
     def rear(offsets: np.ndarray) -> np.ndarray:
@@ -396,16 +396,16 @@ def rear_place(settings: Settings, raster: Place | None, ray: PointedRay) -> np.
     return crossed[:2] @ back.T
 
 
-def ray_through(settings: Settings, film_xy: Place, rear_xy: Place, here: Bench | None = None) -> PointedRay:
+def ray_through(settings: Settings, film_xy: Place, rear_xy: Place, bench: Bench | None = None) -> PointedRay:
     """The ray from a film point (mm) through a point of the plane of the last vertex (mm), both in the lens frame.
 
-    here: the lens with the film distance of this point, for a tilted or shifted film.
+    bench: the lens with the film distance of this point, for a tilted or decentred film.
     """
-    built = bench_of(settings) if here is None else here
+    built = bench_of(settings) if bench is None else bench
     trace = from_film(built.lens, built.film_distance, film_xy, np.array([rear_xy]), record=True)
     surface = int(blockers(built.lens, trace, forward=False)[0])
     path = path_of(built.lens, trace, 0)
     if surface >= 0:
         return PointedRay(path, surface, end_text(built.lens, lb.Fate(int(trace.fate[0])), surface))
-    found = landing(settings, path)
-    return PointedRay(path, surface, found.text, found.point, found.raster)
+    landed = landing(settings, path)
+    return PointedRay(path, surface, landed.text, landed.point, landed.raster)

@@ -54,17 +54,17 @@ def spot(settings: Settings, raster: Place) -> Spot:
         raise ValueError("An ideal lens images every point as the same disk: see its circle of confusion")
     if settings.medium == "water" and not settings.immersed:
         raise ValueError("The spot is not traced through a window into water")
-    seen = beam(settings, raster)
-    if not len(seen.origins):
+    rays = beam(settings, raster)
+    if not len(rays.origins):
         raise ValueError("No light reaches this pixel")
     built = bench_of(settings)
     target = None
-    if seen.target is not None:
+    if rays.target is not None:
         pose = settings.present_pose
-        point = (seen.target - pose[:3, 3]) @ pose[:3, :3] + [0.0, 0.0, built.film_z]
+        point = (rays.target - pose[:3, 3]) @ pose[:3, :3] + [0.0, 0.0, built.film_z]
         target = (float(point[0]), float(point[1]), float(point[2]))
-    here, at = seen_from(settings, raster)
-    return spot_of(here.lens, here.film_distance, at, target)
+    there, film_xy = seen_from(settings, raster)
+    return spot_of(there.lens, there.film_distance, film_xy, target)
 
 
 @lru_cache(maxsize=8)
@@ -73,11 +73,11 @@ def spot_of(lens: lb.Lens, film_distance: float, film_xy: Place, target: tuple[f
 
     ValueError where no light passes between the two.
     """
-    seen = region(lens, film_distance, math.hypot(*film_xy), math.atan2(film_xy[1], film_xy[0]))
-    if seen.area <= 0.0:
+    pupil = region(lens, film_distance, math.hypot(*film_xy), math.atan2(film_xy[1], film_xy[0]))
+    if pupil.area <= 0.0:
         raise ValueError("No light reaches this pixel")
-    middle = seen.outline.mean(0)
-    rim = middle + 0.99 * (seen.outline[::8] - middle)
+    middle = pupil.outline.mean(0)
+    rim = middle + 0.99 * (pupil.outline[::8] - middle)
     back = from_film(lens, film_distance, film_xy, np.vstack([middle, rim]) @ turn(lens, film_xy))
     passes = back.fate == lb.Fate.PASSED
     first = int(np.argmax(passes))
@@ -160,9 +160,9 @@ class PixelReadings:
 
 def pixel_readings(settings: Settings, raster: Place) -> PixelReadings:
     """The figures of a raster point; ValueError or OSError where there is no camera."""
-    seen, pitch = beam(settings, raster), settings.film.pitch
+    rays, pitch = beam(settings, raster), settings.film.pitch
     diameter, traced, why = None, False, ""
-    if not len(seen.origins):
+    if not len(rays.origins):
         why = "no light reaches this pixel"
     elif settings.has_lens and settings.follows_lens:
         try:
@@ -172,13 +172,13 @@ def pixel_readings(settings: Settings, raster: Place) -> PixelReadings:
     else:
         blur = Blur.of(settings)
         if blur.blurs:
-            diameter = pitch * blur.pixels(seen.ahead, (raster[0] / settings.film.pixels_x,
+            diameter = pitch * blur.pixels(rays.ahead, (raster[0] / settings.film.pixels_x,
                                                         raster[1] / settings.film.pixels_y))
         else:
             why = "this camera has no plane in focus"
     film = None if settings.kind.panorama else film_place(settings, raster)
-    return PixelReadings(raster, film, _named(seen.thing, seen.along), seen.ahead, seen.along, diameter,
-                         None if diameter is None else diameter / pitch, traced, why, seen.light,
+    return PixelReadings(raster, film, _named(rays.thing, rays.along), rays.ahead, rays.along, diameter,
+                         None if diameter is None else diameter / pitch, traced, why, rays.light,
                          _open(settings, raster))
 
 
@@ -190,10 +190,10 @@ def _open(settings: Settings, raster: Place) -> float | None:
     """Area of the region of a film point against that of the axis."""
     if not (settings.has_lens and settings.follows_lens):
         return None
-    built, at = seen_from(settings, raster)
+    built, film_xy = seen_from(settings, raster)
     axis = region(built.lens, bench_of(settings).film_distance, 0.0).area
-    here = region(built.lens, built.film_distance, math.hypot(*at), math.atan2(at[1], at[0])).area
-    return here / axis if axis > 0.0 else None
+    area = region(built.lens, built.film_distance, math.hypot(*film_xy), math.atan2(film_xy[1], film_xy[0])).area
+    return area / axis if axis > 0.0 else None
 
 
 def colour_of(image: NDArray[np.float32] | None, raster: Place) -> tuple[float, float, float] | None:

@@ -127,10 +127,10 @@ class Map:
     def shades(self) -> np.ndarray:
         """The values as parts of the way from black (0) to white (1); NaN where they are unknown."""
         if self.decades:
-            parts = 1.0 + np.log10(np.maximum(self.values / self.high, 10.0**-self.decades)) / self.decades
+            shades = 1.0 + np.log10(np.maximum(self.values / self.high, 10.0**-self.decades)) / self.decades
         else:
-            parts = (self.values - self.low) / (self.high - self.low)
-        return np.clip(parts, 0.0, 1.0)
+            shades = (self.values - self.low) / (self.high - self.low)
+        return np.clip(shades, 0.0, 1.0)
 
 
 @dataclass(frozen=True)
@@ -307,12 +307,12 @@ def told(plot: Plot, x: float, y: float) -> str:
         if isinstance(layer, Map | Curve) and layer.name and not layer.ghost and layer.surface is None \
                 and (value := _value(layer, plot, x, y)) is not None:
             unit = _unit(read_on.label) if mapped and isinstance(layer, Curve) else ""
-            lines.append(f"{layer.name}   {_number(value)}{unit}{_beside(value, other.get(layer.name))}")
+            lines.append(f"{layer.name}   {_number(value)}{unit}{_compared(value, other.get(layer.name))}")
     if lines and plot.x.label and plot.y.label:
         names = [label.split(" (")[0] for label in (plot.x.label, plot.y.label)]
-        places = [f"{name} {_number(at)}{_unit(axis.label)}" for name, axis, at in zip(
+        numbers = [f"{name} {_number(coordinate)}{_unit(axis.label)}" for name, axis, coordinate in zip(
             names, (plot.x, plot.y), (x, y), strict=True) if mapped or axis is not read_on]
-        lines.insert(0, ", ".join(places) if mapped else f"{places[0]}: {read_on.label}")
+        lines.insert(0, ", ".join(numbers) if mapped else f"{numbers[0]}: {read_on.label}")
     return "\n".join(lines)
 
 
@@ -328,25 +328,26 @@ def _value(layer: Curve | Map, plot: Plot, x: float, y: float) -> float | None:
     return float(layer.values[row, column])
 
 
-def _beside(value: float, other: float | None) -> str:
+def _compared(value: float, other: float | None) -> str:
     """The value of A after that of B, and B − A."""
     if other is None or not (math.isfinite(other) and math.isfinite(value)):
         return ""
     return f"   A {_number(other)}   {true_minus(significant(value - other, 2, signed=True))}"
 
 
-def read(curve: Curve, at: float, across: bool = False) -> float | None:
+def read(curve: Curve, key: float, across: bool = False) -> float | None:
     """A curve's value at an x (at a y if `across`), by a straight line between its points; None where it is none."""
     keys, values = (curve.y, curve.x) if across else (curve.x, curve.y)
     if keys.size < 2:
         return None
     a, b = keys[:-1], keys[1:]
-    around = np.flatnonzero((np.minimum(a, b) <= at) & (at <= np.maximum(a, b)) & np.isfinite(values[:-1] + values[1:]))
+    known = np.isfinite(values[:-1] + values[1:])
+    around = np.flatnonzero((np.minimum(a, b) <= key) & (key <= np.maximum(a, b)) & known)
     if not around.size:
         return None
     i = int(around[0])
-    part = 0.0 if b[i] == a[i] else (at - a[i]) / (b[i] - a[i])
-    return float(values[i] + part * (values[i + 1] - values[i]))
+    share = 0.0 if b[i] == a[i] else (key - a[i]) / (b[i] - a[i])
+    return float(values[i] + share * (values[i + 1] - values[i]))
 
 
 def _number(value: float) -> str:

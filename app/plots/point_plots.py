@@ -39,9 +39,9 @@ def psf_figure(query: Query, points: int, field: str = "axis", view: str = "log"
     light, half = spread.white[0], 500.0 * spread.pitch[0] * spread.density.shape[-1]
     words = _words(query, spread, "log, 4 decades" if view == "log" else "linear",
                    *(("averaged over a pixel",) if pixel else ()))
-    at = 1000.0 * spread.offsets[0]
+    offsets = 1000.0 * spread.offsets[0]
     head = ("sagittal (um)", "tangential (um)", "light (1/mm2)")
-    step = max(1, len(at) // SAMPLES)
+    step = max(1, len(offsets) // SAMPLES)
     if not rays.lit[0]:
         plot = Plot(Axis(None, -1.0, 1.0), Axis(None, -1.0, 1.0), (), "No light reaches this field", equal=True)
         return Figure("Point spread", ((plot,),), Table(head, ()), words, query.remarks(rays))
@@ -52,22 +52,23 @@ def psf_figure(query: Query, points: int, field: str = "axis", view: str = "log"
                         ends_within_stop(rays, 0, c))
     plot = Plot(Axis("Sagittal (µm)", -half, half), Axis("Tangential (µm)", -half, half), (shades, *marks),
                 field_label(rays, 0), equal=True)
-    table = Table(head, lambda: ((x, y, light[i, j]) for i, y in list(enumerate(at))[::step]
-                                 for j, x in list(enumerate(at))[::step]))
+    table = Table(head, lambda: ((x, y, light[i, j]) for i, y in list(enumerate(offsets))[::step]
+                                 for j, x in list(enumerate(offsets))[::step]))
     return Figure("Point spread", ((plot,),), table, words, query.remarks(spread.rays, spread.findings))
 
 
-def seen_point_figure(query: Query, points: int, at: tuple[float, float], ahead: float, view: str = "log",
+def seen_point_figure(query: Query, points: int, film_xy: tuple[float, float], ahead: float, view: str = "log",
                       pixel: bool = False) -> Figure:
     """The picture of what a pixel shows, as `psf_figure`.
 
-    at: the point (x, y) of the film, mm. ahead: the distance of what it shows, from the film along the axis, mm or inf.
+    film_xy: the point (x, y) of the film, mm. ahead: the distance of what it shows, from the film along the axis, mm or
+    inf.
     """
     away = ahead - query.bench.film_z
     if not away > 0.0:
         raise LensError("what this pixel shows touches the lens")
-    here = replace(query, heights=(at,), object_distance=away, focus_distance=ahead)
-    return psf_figure(here, points, view=view, pixel=pixel)
+    of_pixel = replace(query, heights=(film_xy,), object_distance=away, focus_distance=ahead)
+    return psf_figure(of_pixel, points, view=view, pixel=pixel)
 
 
 def encircled_figure(query: Query, points: int) -> Figure:
@@ -79,18 +80,18 @@ def encircled_figure(query: Query, points: int) -> Figure:
     spread = psf(rays, _samples(points))
     end = 0.5 * spread.pitch * spread.density.shape[-1]
     radii = np.linspace(0.0, float(np.nanmax(end)), 2 * RADII)
-    held = _white(spread, encircled_energy(spread, radii))
+    shares = _white(spread, encircled_energy(spread, radii))
     best = _perfect(rays, radii)
-    reached = [radii[int(np.argmax(each > MOST))] for each in held if (each > MOST).any()]
+    reached = [radii[int(np.argmax(curve > MOST))] for curve in shares if (curve > MOST).any()]
     limit = 1000.0 * min(max(reached, default=radii[-1]), radii[-1])
     axis = 1000.0 * radii
-    curves = [Curve(field_label(rays, f), axis, held[f], field_tint(f, len(rays.images)))
+    curves = [Curve(field_label(rays, f), axis, shares[f], field_tint(f, len(rays.images)))
               for f in np.flatnonzero(rays.lit).tolist()]
     curves.append(Curve(f"perfect lens, {field_label(rays, 0)}", axis, best, "dim", DOTTED, 1.2))
     plot = Plot(Axis("Radius (µm)", 0.0, reach([limit])), Axis("Part of the light", 0.0, 1.0), tuple(curves))
     head = ("field (mm)", "radius (um)", "part of the light")
-    table = Table(head, lambda: ((rays.image_heights[f], r, value) for f in range(len(held))
-                                 for r, value in zip(axis, held[f], strict=True)))
+    table = Table(head, lambda: ((rays.image_heights[f], r, value) for f in range(len(shares))
+                                 for r, value in zip(axis, shares[f], strict=True)))
     return Figure("Encircled energy", ((with_shares(rays, plot),),), table, _words(query, spread, "about the centroid"),
                   query.remarks(spread.rays, spread.findings))
 
@@ -106,12 +107,12 @@ def line_spread_figure(query: Query, points: int) -> Figure:
     curves: list[Curve] = []
     lit = np.flatnonzero(rays.lit).tolist()
     for f in lit:
-        at = 1000.0 * spread.offsets[f]
+        offsets = 1000.0 * spread.offsets[f]
         for a, (way, dash) in enumerate((("S", SOLID), ("T", DASHED))):
-            curves.append(Curve(f"{field_label(rays, f)} {way}", at, 0.1 * lines[f, a],
+            curves.append(Curve(f"{field_label(rays, f)} {way}", offsets, 0.1 * lines[f, a],
                                 field_tint(f, len(rays.images)), dash))
-    wide = max((float(np.abs(each.x[each.y > 0.02 * each.y.max()]).max()) for each in curves), default=1.0)
-    top = max((float(each.y.max()) for each in curves), default=1.0)
+    wide = max((float(np.abs(curve.x[curve.y > 0.02 * curve.y.max()]).max()) for curve in curves), default=1.0)
+    top = max((float(curve.y.max()) for curve in curves), default=1.0)
     plot = Plot(Axis("Distance from the centroid (µm)", -reach([wide]), reach([wide])),
                 Axis("Light (% per µm)", 0.0, 1.05 * top), tuple(curves))
     head = ("field (mm)", "distance (um)", "sagittal (% a um)", "tangential (% a um)")
@@ -137,12 +138,12 @@ def _samples(points: int) -> int:
     return SAMPLES if points < FINE else 2 * SAMPLES
 
 
-def _white(spread: PointSpread, held: np.ndarray) -> np.ndarray:
+def _white(spread: PointSpread, encircled: np.ndarray) -> np.ndarray:
     """(F, K) of the encircled energy (F, C, K) in all wavelengths; NaN beyond the window."""
     rays = spread.rays
     shares = np.where(rays.coverage.any((2, 3)), light_shares(rays), 0.0)
-    found = np.einsum("fck,fc->fk", np.nan_to_num(held), shares)
-    return np.asarray(np.where(np.isnan(held).all(1), np.nan, found))
+    mean = np.einsum("fck,fc->fk", np.nan_to_num(encircled), shares)
+    return np.asarray(np.where(np.isnan(encircled).all(1), np.nan, mean))
 
 
 def _words(query: Query, spread: PointSpread, *more: str) -> str:
@@ -177,35 +178,35 @@ def mtf_frequency_figure(query: Query, points: int, method: str = "diffraction",
     """
     rays = query.grid(points, query.few(*PARTS))
     frequencies = np.linspace(0.0, finest, STEPS)
-    found = mtf(rays, frequencies, method)
+    contrast = mtf(rays, frequencies, method)
     curves = []
     for f in range(len(rays.images)):
         for a, dash in ((0, SOLID), (1, DASHED)):
             name = f"{field_label(rays, f)} {WAYS[a][0].upper()}"
-            curves.append(Curve(name, frequencies, found.white_modulus[f, a],
+            curves.append(Curve(name, frequencies, contrast.white_modulus[f, a],
                                 field_tint(f, len(rays.images)), dash))
-    at = "" if rays.image_heights[0] == 0.0 else f", {field_label(rays, 0)} S"
-    curves.append(Curve(f"diffraction limit{at}", frequencies, found.white_limit[0, 0], "dim", DOTTED, 1.2))
+    of_field = "" if rays.image_heights[0] == 0.0 else f", {field_label(rays, 0)} S"
+    curves.append(Curve(f"diffraction limit{of_field}", frequencies, contrast.white_limit[0, 0], "dim", DOTTED, 1.2))
     plot = Plot(Axis("Frequency (lp/mm)", 0.0, finest), Axis("Contrast", 0.0, 1.0), tuple(curves))
-    return Figure("MTF against frequency", ((with_shares(rays, plot),),), _table(found), _contrast_words(query, found),
-                  query.remarks(found.rays, found.findings))
+    return Figure("MTF against frequency", ((with_shares(rays, plot),),), _table(contrast),
+                  _contrast_words(query, contrast), query.remarks(contrast.rays, contrast.findings))
 
 
 def mtf_field_figure(query: Query, points: int, method: str = "diffraction",
                      frequencies: tuple[float, ...] = PRINTED) -> Figure:
     """MTF at up to four frequencies (lp/mm) against the image height: S solid, T dashed, as makers print it."""
     rays = query.grid(points, query.parts(*np.linspace(0.0, 1.0, FIELD_POINTS).tolist()))
-    found = mtf(rays, frequencies, method)
+    contrast = mtf(rays, frequencies, method)
     heights, curves = rays.image_heights, []
     for k, frequency in enumerate(frequencies):
         for a, dash in ((0, SOLID), (1, DASHED)):
             name = f"{significant(frequency)}{'' if k else ' lp/mm'} {WAYS[a][0].upper()}"
-            curves.append(Curve(name, heights, found.white_modulus[:, a, k], f"chart{(2, 3, 0, 1)[k]}", dash,
+            curves.append(Curve(name, heights, contrast.white_modulus[:, a, k], f"chart{(2, 3, 0, 1)[k]}", dash,
                                 1.9 - 0.2 * k))
     plot = Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(heights))), Axis("Contrast", 0.0, 1.0), tuple(curves))
-    return with_rims(query, Figure("MTF against the field", ((plot,),), _table(found),
-                                   _contrast_words(query, found, ", ".join(map(significant, frequencies)) + " lp/mm"),
-                                   query.remarks(found.rays, found.findings)))
+    words = _contrast_words(query, contrast, ", ".join(map(significant, frequencies)) + " lp/mm")
+    return with_rims(query, Figure("MTF against the field", ((plot,),), _table(contrast), words,
+                                   query.remarks(contrast.rays, contrast.findings)))
 
 
 def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str = "both",
@@ -218,31 +219,31 @@ def mtf_map_figure(query: Query, points: int, frequency: float = 30.0, way: str 
     reachable = focus_range(query)
     query = query if line is None else replace(query, wavelengths=((line, 1.0),), white=OWN)
     shifts = np.linspace(-reachable, reachable, 2 * points + 1)
-    found = mtf_map(query.lens, query.bench.film_distance, query.conditions(), frequency, shifts, points + 1,
+    map_ = mtf_map(query.lens, query.bench.film_distance, query.conditions(), frequency, shifts, points + 1,
                     min(points, 32))
-    white = found.white.mean(1) if way == "both" else found.white[:, WAYS.index(way)]
-    heights = found.heights
+    white = map_.white.mean(1) if way == "both" else map_.white[:, WAYS.index(way)]
+    heights = map_.heights
     top, half = float(np.nanmax(heights)), 0.5 * (shifts[1] - shifts[0])
     rise = 0.5 * top / max(len(heights) - 1, 1)
     # Where nothing is resolved, the highest of the side maxima says nothing
-    blurred = np.nan_to_num(found.white.max(2), nan=1.0) < RESOLVED
-    best = np.where(blurred, np.nan, found.best_shifts)
+    blurred = np.nan_to_num(map_.white.max(2), nan=1.0) < RESOLVED
+    best = np.where(blurred, np.nan, map_.best_shifts)
     layers: list = [Map(f"MTF at {significant(frequency)} lp/mm", white, (shifts[0] - half, shifts[-1] + half),
                         (-rise, top + rise), 0.0, 1.0, LEVELS)]
-    layers += [Curve(f"best {name}", *of_one_maximum(best[:, a], heights, shifts, found.white[:, a]), "field2", dash)
+    layers += [Curve(f"best {name}", *of_one_maximum(best[:, a], heights, shifts, map_.white[:, a]), "field2", dash)
                for a, (name, dash) in enumerate(zip(WAYS, (SOLID, DASHED), strict=True)) if way in ("both", name)]
     plot = Plot(Axis("Film shift (mm)", -reachable, reachable), Axis("Image height (mm)", 0.0, top), tuple(layers),
                 across=True)
-    rays = found.rays
+    rays = map_.rays
     words = query.words(rays, "diffraction, white" if len(rays.conditions.wavelengths) > 1 else "diffraction",
                         "sagittal and tangential mean" if way == "both" else way)
     left_out = f"no best focus is drawn where the contrast stays below {significant(RESOLVED)}"
     beyond = f"no best focus is drawn where it lies more than {significant(reachable)} mm from the film"
-    outside = ~blurred & np.isnan(found.best_shifts) & (found.white.max(2) > 0.0)
+    outside = ~blurred & np.isnan(map_.best_shifts) & (map_.white.max(2) > 0.0)
     drawn = [way in ("both", name) for name in WAYS]
     remarks = (*([left_out] if blurred[:, drawn].any() else []), *([beyond] if outside[:, drawn].any() else []),
                *query.remarks(rays))
-    return with_rims(query, Figure("MTF map", ((plot,),), _map_table(found), words, remarks))
+    return with_rims(query, Figure("MTF map", ((plot,),), _map_table(map_), words, remarks))
 
 
 def of_one_maximum(best: np.ndarray, heights: np.ndarray, shifts: np.ndarray,
@@ -274,26 +275,26 @@ def focus_range(query: Query) -> float:
     return min(reach(foci, near), reach([FARTHEST * near]))
 
 
-def _contrast_words(query: Query, found: Mtf, *more: str) -> str:
-    colours = ("white",) if len(found.rays.conditions.wavelengths) > 1 else ()
-    return query.words(found.rays, METHODS[found.method], *colours, "S solid, T dashed", *more)
+def _contrast_words(query: Query, contrast: Mtf, *more: str) -> str:
+    colours = ("white",) if len(contrast.rays.conditions.wavelengths) > 1 else ()
+    return query.words(contrast.rays, METHODS[contrast.method], *colours, "S solid, T dashed", *more)
 
 
-def _table(found: Mtf) -> Table:
+def _table(contrast: Mtf) -> Table:
     head = ("field (mm)", "field (deg)", "frequency (lp/mm)", "sagittal", "tangential", "limit sagittal",
             "limit tangential")
 
     def rows() -> Iterator[tuple]:
-        degrees, modulus, limit = np.degrees(found.rays.field_angles), found.white_modulus, found.white_limit
-        for f, height in enumerate(found.rays.image_heights):
-            for k, frequency in enumerate(found.frequencies):
+        degrees, modulus, limit = np.degrees(contrast.rays.field_angles), contrast.white_modulus, contrast.white_limit
+        for f, height in enumerate(contrast.rays.image_heights):
+            for k, frequency in enumerate(contrast.frequencies):
                 yield height, degrees[f], frequency, *modulus[f, :, k], *limit[f, :, k]
 
     return Table(head, rows)
 
 
-def _map_table(found: MtfMap) -> Table:
+def _map_table(map_: MtfMap) -> Table:
     head = ("field (mm)", "film shift (mm)", "frequency (lp/mm)", "sagittal", "tangential")
-    white = found.white
-    return Table(head, lambda: ((height, shift, found.frequency, *white[f, :, k])
-                                for f, height in enumerate(found.heights) for k, shift in enumerate(found.shifts)))
+    white = map_.white
+    return Table(head, lambda: ((height, shift, map_.frequency, *white[f, :, k])
+                                for f, height in enumerate(map_.heights) for k, shift in enumerate(map_.shifts)))

@@ -42,8 +42,7 @@ class Query:
 
     bench: with the lens at the primary wavelength of its design alone. lens: the same, focused and stopped down, with
     the dispersion of its glasses; where a glass is not known at the d line, that of `bench`, and `alone` says so.
-    model: name of the ideal model that the picture is taken with, or "". posed: whether its film is tilted, shifted or
-    curved.
+    model: name of the ideal model of the picture, or "". posed: whether its film is tilted, shifted or curved.
     heights: of the film, or points (x, y) of it (mm), for figures of a few fields; () leaves them the choice.
     wavelengths: µm and weights, the middle one primary; () are those of the lens. white: the name of these weights, one
     of WHITES; OWN for a user's wavelengths, "" for figures of single ones.
@@ -74,7 +73,7 @@ class Query:
         """So many fields from the film's centre to the largest height; wavelengths of the query."""
         return _conditions(self, self.parts(*np.linspace(0.0, 1.0, fields).tolist()))
 
-    def parts(self, *parts: float) -> tuple[float, ...] | tuple[tuple[float, float], ...]:
+    def parts(self, *shares: float) -> tuple[float, ...] | tuple[tuple[float, float], ...]:
         """Image heights (mm) at these parts of the largest; of a lens without rotational symmetry points (x, y).
 
         The latter lie on the way to the lower left corner of the picture, also the first, whose sagittal and tangential
@@ -82,22 +81,22 @@ class Query:
         """
         largest = self.largest_height
         if self.lens.is_rotationally_symmetric:
-            return tuple(part * largest for part in parts)
+            return tuple(share * largest for share in shares)
         film = self.bench.film
         x, y = (largest * side / film.diagonal for side in (film.width, film.height))
-        return tuple((max(part, CENTRE) * x, max(part, CENTRE) * y) for part in parts)
+        return tuple((max(share, CENTRE) * x, max(share, CENTRE) * y) for share in shares)
 
-    def few(self, *parts: float) -> tuple[float, ...] | tuple[tuple[float, float], ...]:
+    def few(self, *shares: float) -> tuple[float, ...] | tuple[tuple[float, float], ...]:
         """The chosen `heights`; without any, those at these parts of the largest."""
-        return self.heights or self.parts(*parts)
+        return self.heights or self.parts(*shares)
 
     def grid(self, points: int, heights: tuple[float, ...] | tuple[tuple[float, float], ...] | None = None) -> RayGrid:
         """Rays with `points` across the pupil, of the fields that all analyses share, or of those at these heights.
 
         heights: of the film, or points (x, y) of it, mm. LensError where there are no rays.
         """
-        given = self.conditions() if heights is None else _conditions(self, heights)
-        return ray_grid(self.lens, self.bench.film_distance, given, points)
+        fields = self.conditions() if heights is None else _conditions(self, heights)
+        return ray_grid(self.lens, self.bench.film_distance, fields, points)
 
     @property
     def primary_alone(self) -> str:
@@ -106,19 +105,19 @@ class Query:
 
     def words(self, rays: RayGrid | None = None, *more: str) -> str:
         """The conditions in one line. more: what the analysis adds, such as its reference."""
-        given = self.conditions() if rays is None else rays.conditions
-        lines = ", ".join(fixed(1000.0 * line, 0) for line in given.wavelengths)
-        seen = "" if self.bench.port.index == 1.0 else " as seen through the window"
+        used = self.conditions() if rays is None else rays.conditions
+        lines = ", ".join(fixed(1000.0 * line, 0) for line in used.wavelengths)
+        through = "" if self.bench.port.index == 1.0 else " as seen through the window"
         weighted = ""
-        if len(given.wavelengths) > 1 and self.white in WHITES:
+        if len(used.wavelengths) > 1 and self.white in WHITES:
             name = "fdc" if self.white == "lens" and not self.lens.system.wavelengths else self.white
             weighted = f", weighted {WHITES[name]}"
         film = "film by the least blur" if self.bench.focusing.method == "real" else "film at the paraxial focus"
-        parts = [f"object {format_distance(self.focus_distance)}{seen}", f"{lines} nm{weighted}", film]
-        parts += [each for each in more if each != f"{lines} nm alone"]
+        words = [f"object {format_distance(self.focus_distance)}{through}", f"{lines} nm{weighted}", film]
+        words += [word for word in more if word != f"{lines} nm alone"]
         if rays is not None:
-            parts.append(f"{rays.opd.shape[-1]} × {rays.opd.shape[-1]} rays")
-        return " · ".join(parts)
+            words.append(f"{rays.opd.shape[-1]} × {rays.opd.shape[-1]} rays")
+        return " · ".join(words)
 
     @property
     def open_stop(self) -> tuple[str, ...]:
@@ -138,7 +137,7 @@ class Query:
             where = f"{significant(self.largest_height, 3)} mm from the centre: the film's corner, at " \
                     f"{significant(corner, 3)} mm,"
             said.append(f"the fields end at the edge of light, {where} is dark" if lit_radius(self.bench) < corner else
-                        f"the fields end {where} has light beside the middle of the stop alone")
+                        f"the fields end {where} has light next to the middle of the stop alone")
         if not (self.lens.is_rotationally_symmetric or self.heights):
             said.append("the fields run to the lower left corner of the picture: in other directions a lens with "
                         f"{self.lens.asymmetry} draws otherwise")
@@ -171,8 +170,8 @@ def _with_chief_ray(lens: lb.Lens, film_distance: float, height: float) -> float
     if known(np.array([height]))[0]:
         return height
     below = height * np.linspace(1.0, 0.0, CLOSER, endpoint=False)[1:]
-    found = known(below)
-    return float(below[np.argmax(found)]) if found.any() else height
+    reached = known(below)
+    return float(below[np.argmax(reached)]) if reached.any() else height
 
 
 def query(settings: Settings) -> Query:
@@ -213,14 +212,14 @@ def _with_glasses(lens: lb.Lens, built: lb.Lens) -> lb.Lens:
 
 @lru_cache(maxsize=64)
 def _conditions(query: Query, fields: tuple[float, ...] | tuple[tuple[float, float], ...]) -> Conditions:
-    given = conditions(query.lens, query.bench.film, fields, query.wavelengths or None, query.object_distance)
+    made = conditions(query.lens, query.bench.film, fields, query.wavelengths or None, query.object_distance)
     if query.alone:
-        others = tuple(finding for finding in given.findings if finding.kind is not Kind.GLASS)
-        given = replace(given, findings=(*others, note(Kind.GLASS, query.alone)))
-    if query.white == OWN or len({query.lens.indices(line) for line in given.wavelengths}) > 1:
-        return given
+        others = tuple(finding for finding in made.findings if finding.kind is not Kind.GLASS)
+        made = replace(made, findings=(*others, note(Kind.GLASS, query.alone)))
+    if query.white == OWN or len({query.lens.indices(line) for line in made.wavelengths}) > 1:
+        return made
     # Without dispersion all wavelengths have the same rays: one is enough
-    return replace(given, wavelengths=(given.primary_wavelength,), weights=(1.0,), primary=0)
+    return replace(made, wavelengths=(made.primary_wavelength,), weights=(1.0,), primary=0)
 
 
 UNITS = {"deg": "°", "°": "°", "mm": "mm"}      # of fields; without one they are parts of the largest
@@ -241,14 +240,14 @@ def read_fields(text: str) -> OwnFields:
     """From "0,0.7,1", "0,14,20deg", "0,10,21.6mm" or "design"; ValueError with the reason."""
     if text.strip().lower() == DESIGN:
         return OwnFields()
-    parts, unit = [part.strip() for part in text.split(",")], ""
-    named = {UNITS[name] for part in parts for name in UNITS if part.endswith(name)}
+    words, unit = [word.strip() for word in text.split(",")], ""
+    named = {UNITS[name] for word in words for name in UNITS if word.endswith(name)}
     if len(named) > 1:
         raise ValueError(f"{text!r}: give all fields in one unit")
     if named:
         unit = named.pop()
-        parts = [part.removesuffix("deg").removesuffix("°").removesuffix("mm").strip() for part in parts]
-    values = _numbers(text, parts)
+        words = [word.removesuffix("deg").removesuffix("°").removesuffix("mm").strip() for word in words]
+    values = _numbers(text, words)
     if not 1 <= len(values) <= MOST_FIELDS or min(values) < 0.0 or not unit and max(values) > 1.0:
         raise ValueError(f"{text!r}: give 1 to {MOST_FIELDS} fields from 0: parts of the largest up to 1, such as "
                          "0,0.7,1, angles such as 0,14,20deg, image heights such as 0,10,21.6mm, or the word design")
@@ -257,7 +256,7 @@ def read_fields(text: str) -> OwnFields:
 
 def read_wavelengths(text: str) -> tuple[tuple[float, float], ...]:
     """Wavelengths (µm) and weights, from nanometres such as "486.1,587.6:2,656.3"; ValueError with the reason."""
-    pairs = [part.partition(":") for part in text.split(",")]
+    pairs = [word.partition(":") for word in text.split(",")]
     lines = _numbers(text, [line for line, _, _ in pairs])
     weights = _numbers(text, [weight if colon else "1" for _, colon, weight in pairs])
     if len(lines) > MOST_COLOURS:
@@ -289,20 +288,20 @@ def _heights(query: Query, fields: OwnFields) -> tuple[float, ...] | tuple[tuple
         return query.parts(*fields.values)
     if fields.unit == "mm":
         return fields.values
-    system, given = query.lens.system, query.conditions()
+    system, used = query.lens.system, query.conditions()
     if fields.values:
-        kind, points = FieldKind.ANGLE, tuple((0.0, each) for each in fields.values)
+        kind, points = FieldKind.ANGLE, tuple((0.0, field) for field in fields.values)
         if math.isfinite(query.object_distance) and max(fields.values) >= STEEPEST:
-            raise lb.LensError(f"a field of {significant(max(fields.values))}° lies beside every object plane: it "
+            raise lb.LensError(f"a field of {significant(max(fields.values))}° lies outside every object plane: it "
                                "needs --focus inf")
     elif system.fields:
-        kind, points = system.field_kind, tuple((each.x, each.y) for each in system.fields)
+        kind, points = system.field_kind, tuple((field.x, field.y) for field in system.fields)
     else:
         raise lb.LensError("the file of this lens states no fields")
-    asked = Conditions(kind, points, given.wavelengths, given.weights, given.primary, query.object_distance)
-    wanted, by_image = wanted_chief_rays(query.lens, asked)
-    images = find_chief_rays(query.lens, query.bench.film_distance, wanted, query.object_distance, by_image,
-                             given.primary_wavelength).images
+    asked = Conditions(kind, points, used.wavelengths, used.weights, used.primary, query.object_distance)
+    aims, by_image = wanted_chief_rays(query.lens, asked)
+    images = find_chief_rays(query.lens, query.bench.film_distance, aims, query.object_distance, by_image,
+                             used.primary_wavelength).images
     for (x, y), image in zip(points, images, strict=True):
         if not np.isfinite(image).all():
             unit = "°" if kind is FieldKind.ANGLE else " mm"
@@ -313,9 +312,9 @@ def _heights(query: Query, fields: OwnFields) -> tuple[float, ...] | tuple[tuple
     return tuple(float(math.hypot(x, y)) for x, y in images)
 
 
-def _numbers(text: str, parts: list[str]) -> tuple[float, ...]:
+def _numbers(text: str, words: list[str]) -> tuple[float, ...]:
     try:
-        values = tuple(float(part) for part in parts)
+        values = tuple(float(word) for word in words)
     except ValueError:
         raise ValueError(f"{text!r}: give numbers, separated by commas") from None
     if not all(map(math.isfinite, values)):

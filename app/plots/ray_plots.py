@@ -35,8 +35,8 @@ def fans_figure(query: Query, points: int, kind: str = "ray", rows: int = 3) -> 
     fans = ray_fans(rays, 2 * points + 1)
     values = 1000.0 * fans.transverse if kind == "ray" else fans.waves
     fields = chosen_fields(len(rays.images), len(query.heights) or rows)
-    seen = np.where(fans.passed, values, np.nan)[fields]
-    limit = reach(seen[np.isfinite(seen)], 1.0 if kind == "ray" else 0.05)
+    passing = np.where(fans.passed, values, np.nan)[fields]
+    limit = reach(passing[np.isfinite(passing)], 1.0 if kind == "ray" else 0.05)
     plots = tuple((_plot(fans, values, f, 1, limit, kind), _plot(fans, values, f, 0, limit, kind)) for f in fields)
     words = query.words(None, "from the chief ray of the primary wavelength", f"{len(fans.heights)} rays a fan",
                         "x: height in the stop over its radius")
@@ -45,30 +45,30 @@ def fans_figure(query: Query, points: int, kind: str = "ray", rows: int = 3) -> 
 
 
 def _plot(fans: Fans, values: np.ndarray, f: int, fan: int, limit: float, kind: str) -> Plot:
-    given, rays = fans.rays.conditions, fans.rays
+    conditions, rays = fans.rays.conditions, fans.rays
     layers = [Curve("", np.array([-1.0, 1.0]), np.zeros(2), "faint", weight=1.0),
               Curve("", np.zeros(2), np.array([-limit, limit]), "faint", weight=1.0)]
     lost = fans.victim[f, fan] >= 0
 
     def which(c: int) -> np.ndarray:
         """(K, 4) the rays of a wavelength, as of Curve."""
-        return np.column_stack([np.full((len(fans.heights), 2), (f, given.wavelengths[c])), fans.pupil[f, fan]])
+        return np.column_stack([np.full((len(fans.heights), 2), (f, conditions.wavelengths[c])), fans.pupil[f, fan]])
 
-    for c in range(len(given.wavelengths)):
+    for c in range(len(conditions.wavelengths)):
         beyond = lost[c] | np.roll(lost[c], 1) | np.roll(lost[c], -1)       # one ray more, so that the parts meet
         layers.append(Curve("vignetted" if beyond.any() else "", fans.heights,
                             np.where(beyond, values[f, fan, c], np.nan), "faint", SOLID, 1.0, rays=which(c)))
-    for c, line in enumerate(given.wavelengths):
+    for c, line in enumerate(conditions.wavelengths):
         layers.append(Curve(wavelength_name(line), fans.heights,
                             np.where(fans.passed[f, fan, c], values[f, fan, c], np.nan), line,
-                            dash_of(c, given.primary), rays=which(c)))
-    ends = fans.victim[f, fan, given.primary]
+                            dash_of(c, conditions.primary), rays=which(c)))
+    ends = fans.victim[f, fan, conditions.primary]
     for surface in np.unique(ends[ends >= 0]).tolist():
-        here = np.where(ends == surface, values[f, fan, given.primary], np.nan)
-        layers.append(Curve("", fans.heights, here, "dead", SOLID, 3.0, surface=surface))
+        blocked = np.where(ends == surface, values[f, fan, conditions.primary], np.nan)
+        layers.append(Curve("", fans.heights, blocked, "dead", SOLID, 3.0, surface=surface))
     unit = "µm" if kind == "ray" else "waves"
     title = f"{field_label(rays, f)} {DIRECTIONS[fan][0].upper()}" + (f", {unit}" if rays.lit[f] else ": dark")
-    ended = int((lost[given.primary] & (fans.victim[f, fan, given.primary] != rays.lens.stop_index)).sum())
+    ended = int((lost[conditions.primary] & (fans.victim[f, fan, conditions.primary] != rays.lens.stop_index)).sum())
     if ended and rays.lit[f]:
         title += f"  {ended} blocked"
     return Plot(Axis("Height in the stop", -1.0, 1.0), Axis(KINDS[kind], -limit, limit), tuple(layers), title)
@@ -84,9 +84,9 @@ def _table(fans: Fans) -> Table:
         for f, height in enumerate(rays.image_heights):
             for fan, name in enumerate(DIRECTIONS):
                 for c, line in enumerate(rays.conditions.wavelengths):
-                    for k, at in enumerate(fans.heights):
+                    for k, pupil_y in enumerate(fans.heights):
                         victim = int(fans.victim[f, fan, c, k])
-                        yield (height, degrees[f], name, line, at, transverse[f, fan, c, k], waves[f, fan, c, k],
+                        yield (height, degrees[f], name, line, pupil_y, transverse[f, fan, c, k], waves[f, fan, c, k],
                                str(victim) if victim >= 0 else "")
 
     return Table(head, rows)
@@ -106,10 +106,10 @@ def film_distortion(built: Bench, wavelength: float = D_LINE) -> Distortion:
     LensError for a lens without rotational symmetry, and for an afocal one.
     """
     radii = np.linspace(0.0, 0.5 * built.film.diagonal, RADII)
-    found = lb.distortion(built.lens, built.film_distance, radii, RECTILINEAR, wavelength)
-    if np.isfinite(found.angles).any() and np.nanmax(found.angles) > WIDE:
+    shape = lb.distortion(built.lens, built.film_distance, radii, RECTILINEAR, wavelength)
+    if np.isfinite(shape.angles).any() and np.nanmax(shape.angles) > WIDE:
         return lb.distortion(built.lens, built.film_distance, radii, "best", wavelength)
-    return found
+    return shape
 
 
 def distortion_words(shape: Distortion) -> str:
@@ -134,20 +134,20 @@ def grid_plot(built: Bench, wavelength: float = D_LINE) -> tuple[Plot, np.ndarra
     if built.lens.is_rotationally_symmetric:
         shape = film_distortion(built, wavelength)
         projection, title = shape.projection, distortion_words(shape)
-    part = largest_height(built) / (0.5 * built.film.diagonal)
-    film = replace(built.film, width=part * built.film.width, height=part * built.film.height)
-    ideal, real = (-each for each in lb.distortion_grid(built.lens, built.film_distance, film, LINES, projection,
+    share = largest_height(built) / (0.5 * built.film.diagonal)
+    film = replace(built.film, width=share * built.film.width, height=share * built.film.height)
+    ideal, real = (-values for values in lb.distortion_grid(built.lens, built.film_distance, film, LINES, projection,
                                                         wavelength, STEPS))
     layers: list = [_lines("square grid", ideal, "faint", 1.0), _lines("its image", real, "strong", 1.4)]
     ideal, real = ideal[::STEPS, ::STEPS], real[::STEPS, ::STEPS]
-    ends = [np.concatenate([[-math.inf], 0.5 * (at[1:] + at[:-1]), [math.inf]])
-            for at in (np.sort(ideal[0, :, 0]), np.sort(ideal[:, 0, 1]))]
-    for wanted, found in zip(ideal.reshape(-1, 2), real.reshape(-1, 2), strict=True):
-        (x0, x1), (y0, y1) = ((float(each[k]), float(each[k + 1])) for each, k in zip(
-            ends, (int(np.searchsorted(each, at)) - 1 for each, at in zip(ends, wanted, strict=True)), strict=True))
-        layers.append(Area((x0, x1), (y0, y1), _said(wanted, found)))
+    ends = [np.concatenate([[-math.inf], 0.5 * (x[1:] + x[:-1]), [math.inf]])
+            for x in (np.sort(ideal[0, :, 0]), np.sort(ideal[:, 0, 1]))]
+    for ideal_xy, real_xy in zip(ideal.reshape(-1, 2), real.reshape(-1, 2), strict=True):
+        (x0, x1), (y0, y1) = ((float(values[k]), float(values[k + 1])) for values, k in zip(
+            ends, (int(np.searchsorted(values, x)) - 1 for values, x in zip(ends, ideal_xy, strict=True)), strict=True))
+        layers.append(Area((x0, x1), (y0, y1), _said(ideal_xy, real_xy)))
     reach = 1.04 * np.nanmax(np.abs(np.concatenate([ideal, real])).reshape(-1, 2), 0)
-    across, up = (float(each) for each in reach)
+    across, up = (float(values) for values in reach)
     top = up * (1.0 + (TITLE if title else 0.0))
     return Plot(Axis("x in the picture (mm)", -across, across), Axis("y in the picture (mm)", -up, top),
                 tuple(layers), title, equal=True), ideal, real
@@ -159,8 +159,8 @@ def grid_figure(query: Query, points: int) -> Figure:
     LensError for an afocal lens, and where no light reaches the film.
     """
     query = query.lines
-    given = query.grid(min(points, DARK)).conditions            # LensError without light: chief rays pass all rims
-    plot, ideal, real = grid_plot(query.bench, given.primary_wavelength)
+    conditions = query.grid(min(points, DARK)).conditions            # LensError without light: chief rays pass all rims
+    plot, ideal, real = grid_plot(query.bench, conditions.primary_wavelength)
     every = query.lens.is_rotationally_symmetric
     words = query.words(None, query.primary_alone,
                         "chief rays" if every else "chief rays against f tan θ of each direction",
@@ -184,16 +184,16 @@ def _lines(name: str, points: np.ndarray, tint: str, weight: float) -> Curve:
     return Curve.through(name, np.concatenate(runs), tint, weight=weight)
 
 
-def _said(wanted: np.ndarray, found: np.ndarray) -> str:
+def _said(ideal: np.ndarray, real: np.ndarray) -> str:
     """A crossing in words."""
-    place, image = (true_minus(f"({fixed(float(at[0]), 2)}, {fixed(float(at[1]), 2)}) mm") for at in (wanted, found))
-    if np.isnan(found).any():
-        return f"crossing {place}\nno light reaches it"
-    moved = found - wanted
+    crossing, image = (true_minus(f"({fixed(float(xy[0]), 2)}, {fixed(float(xy[1]), 2)}) mm") for xy in (ideal, real))
+    if np.isnan(real).any():
+        return f"crossing {crossing}\nno light reaches it"
+    moved = real - ideal
     apart = float(np.hypot(*moved))
-    radius = float(np.hypot(*wanted))
-    part = f", {significant(100.0 * apart / radius, 2)} % of the radius" if radius > 0.0 else ""
-    return f"crossing {place}\nits image {image}\nmoved by {significant(1000.0 * apart, 3)} µm{part}"
+    radius = float(np.hypot(*ideal))
+    share = f", {significant(100.0 * apart / radius, 2)} % of the radius" if radius > 0.0 else ""
+    return f"crossing {crossing}\nits image {image}\nmoved by {significant(1000.0 * apart, 3)} µm{share}"
 
 
 NAMES = ("spherical", "coma", "astigmatism", "Petzval", "distortion")
@@ -211,31 +211,32 @@ def seidel_figure(query: Query, points: int) -> Figure:
     query = query.lines
     rays = query.grid(points)
     lit = rays.field_angles[np.isfinite(rays.field_angles)]
-    angle, given = min(float(lit[-1]), WIDEST), rays.conditions
-    pair = (min(given.wavelengths), max(given.wavelengths)) if len(given.wavelengths) > 1 else None
-    found = seidel(query.lens, angle, wavelength=given.primary_wavelength, colour=pair)
-    columns = [1000.0 * each for each in found.surfaces.T]
+    angle, conditions = min(float(lit[-1]), WIDEST), rays.conditions
+    pair = (min(conditions.wavelengths), max(conditions.wavelengths)) if len(conditions.wavelengths) > 1 else None
+    sums = seidel(query.lens, angle, wavelength=conditions.primary_wavelength, colour=pair)
+    columns = [1000.0 * column for column in sums.surfaces.T]
     names = list(NAMES)
-    if found.axial_colour is not None and found.lateral_colour is not None:
-        columns += [1000.0 * found.axial_colour, 1000.0 * found.lateral_colour]
+    if sums.axial_colour is not None and sums.lateral_colour is not None:
+        columns += [1000.0 * sums.axial_colour, 1000.0 * sums.lateral_colour]
         names += COLOURS
     values = np.column_stack(columns)
     total, count = values.sum(0), len(values)
     shown = np.vstack([values, total])
-    places = np.append(np.arange(float(count)), count + 0.6)
+    positions = np.append(np.arange(float(count)), count + 0.6)
     limit = 1.1 * reach(shown)
     layers: list = [Curve("", np.array([-1.0, count + 1.2]), np.zeros(2), "faint", weight=1.0),
                     Curve("", np.full(2, count - 0.2), np.array([-limit, limit]), "faint", weight=1.0)]
-    layers += [Bars("", places[[i, i]], np.array([limit, -limit]), 0.96, "grid", surface=i) for i in range(count)]
+    layers += [Bars("", positions[[i, i]], np.array([limit, -limit]), 0.96, "grid", surface=i) for i in range(count)]
     middle = 0.5 * (len(names) - 1)
     for k, name in enumerate(names):
-        at = places + BAR * (k - middle)
-        layers += [Bars(name, at[part], shown[part, k], BAR, TINTS[k]) for part in (slice(count), slice(count, None))]
+        bars = positions + BAR * (k - middle)
+        layers += [Bars(name, bars[group], shown[group, k], BAR, TINTS[k])
+                   for group in (slice(count), slice(count, None))]
     for i, row in enumerate(shown):
         title = f"surface {i}" if i < count else "sum of all surfaces"
         lines = (true_minus(f"{name}   {significant(value, 3)} µm") for name, value in zip(names, row, strict=True))
-        layers.append(Area((places[i] - 0.5, places[i] + 0.5), (-limit, limit), "\n".join((title, *lines))))
-    layers.append(Label(places[-1], limit, "Σ", "text", "below"))
+        layers.append(Area((positions[i] - 0.5, positions[i] + 0.5), (-limit, limit), "\n".join((title, *lines))))
+    layers.append(Label(positions[-1], limit, "Σ", "text", "below"))
     plot = Plot(Axis("Surface", -0.6, count + 1.2, whole=count - 1), Axis("Seidel sum (µm)", -limit, limit),
                 tuple(layers))
     words = replace(query, focus_distance=math.inf).words(None, f"field {significant(math.degrees(angle), 3)}°",
@@ -263,21 +264,21 @@ def wavefront_figure(query: Query, points: int, field: str = "axis", order: str 
     query = query.lines
     heights = query.few(*FIELDS.values())
     rays = query.grid(points, heights)
-    found, f, c = wavefronts(rays), 0 if query.heights else list(FIELDS).index(field), rays.conditions.primary
+    waves, f, c = wavefronts(rays), 0 if query.heights else list(FIELDS).index(field), rays.conditions.primary
     line = 1e-3 * rays.conditions.primary_wavelength
-    noll = found.noll[f, c] / line
+    noll = waves.noll[f, c] / line
     if rays.lit[f]:
-        rms, strehl = found.rms_waves[f, c], found.strehl[f, c]
+        rms, strehl = waves.rms_waves[f, c], waves.strehl[f, c]
         title = f"{field_label(rays, f)}   Strehl {fixed(strehl, 3)}   RMS {significant(rms, 3)} waves"
     else:
         title = f"{field_label(rays, f)}: no light reaches this field"
-    at = np.linspace(-1.0, 1.0, 2 * points + 1)[1::2]
-    marks = ended_marks(*np.meshgrid(at, at), ends_within_stop(rays, f, c))
-    map_ = _map(found.waves[f, c], title)
+    pupil = np.linspace(-1.0, 1.0, 2 * points + 1)[1::2]
+    marks = ended_marks(*np.meshgrid(pupil, pupil), ends_within_stop(rays, f, c))
+    map_ = _map(waves.waves[f, c], title)
     map_ = replace(map_, layers=(*map_.layers, *marks))
     words = query.words(rays, query.primary_alone,
                         "reference sphere about the primary chief ray", ORDERS[order])
-    bars = _bars(noll if order == "noll" else found.fringe[f, c] / line, order)
+    bars = _bars(noll if order == "noll" else waves.fringe[f, c] / line, order)
     remarks = query.remarks(rays)
     if rays.lit[f] and not np.isfinite(noll).any():
         remarks = (*remarks, "too few rays pass for the Zernike coefficients")
@@ -285,9 +286,9 @@ def wavefront_figure(query: Query, points: int, field: str = "axis", order: str 
             "fringe coefficient (waves)", "Strehl", "rms (waves)")
     table = Table(head, lambda: (
         (rays.image_heights[g], float(j), float(fringe_index(*noll_indices(j))), *map(float, noll_indices(j)),
-         zernike_name(*noll_indices(j)), found.noll[g, c, j - 1] / line, found.fringe[g, c, j - 1] / line,
-         found.strehl[g, c], found.rms_waves[g, c])
-        for g in range(len(heights)) for j in range(1, found.noll.shape[-1] + 1)))
+         zernike_name(*noll_indices(j)), waves.noll[g, c, j - 1] / line, waves.fringe[g, c, j - 1] / line,
+         waves.strehl[g, c], waves.rms_waves[g, c])
+        for g in range(len(heights)) for j in range(1, waves.noll.shape[-1] + 1)))
     return Figure("Wavefront", ((map_,), (bars,)), table, words, remarks, (0.62, 0.38))
 
 

@@ -43,7 +43,7 @@ def _where(rows: tuple[tuple[Plot, ...], ...], name: str) -> str:
 
 
 def _plots(b: Plot, a: Plot) -> tuple[Plot, ...]:
-    """The plot of B with the ghost of A; with maps, that of A beside it."""
+    """The plot of B with the ghost of A; with maps, that of A next to it."""
     both = _plot(b, a)
     if not any(isinstance(layer, Map) for layer in (*a.layers, *b.layers)):
         return (both,)
@@ -75,9 +75,9 @@ def _ghost(layer, b: Plot, a: Plot):
         shown = layer.name and layer.tint not in SKIPPED and not b.cell
         return replace(layer, ghost=True, weight=1.0, rays=None) if shown else None
     if isinstance(layer, Bars):
-        places = next((bars.x for bars in b.layers if isinstance(bars, Bars) and bars.name == layer.name
+        positions = next((bars.x for bars in b.layers if isinstance(bars, Bars) and bars.name == layer.name
                        and bars.x.shape == layer.x.shape), None)
-        return None if places is None else replace(layer, x=places, ghost=True, name="", width=1.6 * layer.width,
+        return None if positions is None else replace(layer, x=positions, ghost=True, name="", width=1.6 * layer.width,
                                                    tint="dim")
     if isinstance(layer, Points):
         if not (a.cell and b.cell):

@@ -24,8 +24,8 @@ def victims(rays: RayGrid) -> dict[int, np.ndarray]:
     c = rays.conditions.primary
     within, ends = rays.stop_share[:, c] <= 1.0, rays.victim[:, c]
     launched = np.maximum(within.sum((1, 2)), 1)
-    found = np.unique(ends[within & (ends >= 0)]).tolist()
-    return {int(surface): (within & (ends == surface)).sum((1, 2)) / launched for surface in found}
+    surfaces = np.unique(ends[within & (ends >= 0)]).tolist()
+    return {int(surface): (within & (ends == surface)).sum((1, 2)) / launched for surface in surfaces}
 
 
 def with_rims(query: Query, figure: Figure) -> Figure:
@@ -41,8 +41,8 @@ def with_rims(query: Query, figure: Figure) -> Figure:
         if HEIGHT not in (plot.x.label, plot.y.label):
             return plot
         lines = []
-        for surface, part in ended.items():
-            cut = np.flatnonzero(part > 0.0)
+        for surface, shares in ended.items():
+            cut = np.flatnonzero(shares > 0.0)
             along = np.stack([ends[cut], ends[cut + 1], np.full(cut.size, np.nan)], 1).ravel()
             across = np.full(along.size, plot.y.low if plot.x.label == HEIGHT else plot.x.low)
             x, y = (along, across) if plot.x.label == HEIGHT else (across, along)
@@ -55,10 +55,10 @@ def with_rims(query: Query, figure: Figure) -> Figure:
 def with_shares(rays: RayGrid, plot: Plot) -> Plot:
     """The plot of a few fields with the part of their rays that a surface ends, in words at its lower left."""
     labels = []
-    for surface, part in victims(rays).items():
-        parts = " · ".join(fixed(100.0 * each, 0) for each in part)
-        which = "the rays" if len(part) == 1 else "the rays of each field"
-        labels.append(Label(plot.x.low, plot.y.low, f"surface {surface} ends {parts} % of {which}", "dead",
+    for surface, shares in victims(rays).items():
+        percents = " · ".join(fixed(100.0 * share, 0) for share in shares)
+        which = "the rays" if len(shares) == 1 else "the rays of each field"
+        labels.append(Label(plot.x.low, plot.y.low, f"surface {surface} ends {percents} % of {which}", "dead",
                             "right above", surface))
     return replace(plot, layers=(*plot.layers, *labels))
 

@@ -1,13 +1,9 @@
 """The lens section: glass, stop, film, ray fans and cardinal points, seen from the side or from above.
 
-Lengths in mm, lens frame: points are (z, y). The meridional plane cuts tilted and decentred surfaces where they stand.
-Where the two surfaces of an element have different semi-diameters, the smaller one ends in a flat shoulder, and the
-edge is a cylinder of the larger one.
-
-Lens frame, mm: what lies at +x before lies at +y after.
-
-Lengths in mm, lens frame, in the meridional plane: points are (z, y), or from above (z, x) of a lens turned by a
-quarter. The ideal thin lens of the perspective camera lies at z = 0.
+Lengths in mm, lens frame, in the meridional plane: points are (z, y). From above they are (z, x) of a lens turned by a
+quarter: what lies at +x before lies at +y after. The plane cuts tilted or decentred surfaces where they stand. Where
+the two surfaces of an element have different semi-diameters, the smaller one ends in a flat shoulder, and the edge is a
+cylinder of the larger one. The ideal thin lens of the perspective camera lies at z = 0.
 """
 
 import math
@@ -35,7 +31,7 @@ STEP = 0.06             # of the edge's radius, the tallest strip: its chord err
 SURFACE_POINTS = 33     # of an outline's curve, rim to rim
 HEIGHTS = np.sin(np.linspace(-0.5 * np.pi, 0.5 * np.pi, SURFACE_POINTS))      # of the rim, closer towards it
 CUT_STEPS = 20          # of the iteration for the cut of a tilted or decentred surface
-EDGE_POINTS, EDGE_STEPS = 65, 7     # heights of which one is the edge, and how often the gap beside it is divided
+EDGE_POINTS, EDGE_STEPS = 65, 7     # heights of which one is the edge, and how often the gap next to it is divided
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +102,7 @@ def elements(lens: lb.Lens) -> tuple[Element, ...]:
 def cut(lens: lb.Lens, i: int, heights: ArrayLike, reach: float) -> np.ndarray:
     """Points (n, 2) of surface i in the meridional plane, at heights from its own axis.
 
-    The plane cuts a surface that is decentred or tilted sideways beside its vertex: heights shrink there, so that they
+    The plane cuts a surface that is decentred or tilted sideways off its vertex: heights shrink there, so that they
     end at the circle of radius `reach` (mm) about its axis.
     """
     surface, frame, vertex = lens.surfaces[i], lens.frames[i], lens.vertices[i]
@@ -120,8 +116,8 @@ def cut(lens: lb.Lens, i: int, heights: ArrayLike, reach: float) -> np.ndarray:
     for _ in range(CUT_STEPS):
         depth = sag(surface, x, y)
         x = np.clip(-(aside + xy * y + xz * depth) / xx, -reach, reach)
-    at = np.stack([x, y, vertex + depth], axis=-1) @ axes.T + frame.shift
-    return at[..., [2, 1]]
+    points = np.stack([x, y, vertex + depth], axis=-1) @ axes.T + frame.shift
+    return points[..., [2, 1]]
 
 
 @lru_cache(maxsize=16)
@@ -154,13 +150,13 @@ def _element(lens: lb.Lens, index: int) -> Element:
     def rear_at(y: ArrayLike) -> np.ndarray:
         return cut(lens, index + 1, y, edge)
 
-    def curve(at: Callable[[ArrayLike], np.ndarray], semi_diameter: float) -> np.ndarray:
+    def curve(curve_at: Callable[[ArrayLike], np.ndarray], semi_diameter: float) -> np.ndarray:
         """From the lower edge to the upper: shoulder, surface, shoulder."""
         rim = min(semi_diameter, edge)
         y = rim * HEIGHTS
         if rim < edge:
             y = np.concatenate([[-edge], y, [edge]])
-        return at(y)
+        return curve_at(y)
 
     outline = np.concatenate([curve(front_at, front.semi_diameter), curve(rear_at, rear.semi_diameter)[::-1]])
     corners = sorted({0.0, min(front.semi_diameter, edge), min(rear.semi_diameter, edge), edge})
@@ -237,7 +233,7 @@ class Sketch:
     film_height: float              # half of the diagonal
     rear_z: float
     glass_radius: float             # the largest semi-diameter
-    near_stop: float                # the largest semi-diameter beside the stop
+    near_stop: float                # the largest semi-diameter around the stop
     stop_z: float
     stop_radius: float | None
     open_radius: float | None
@@ -315,10 +311,10 @@ def _of_ideal_lens(settings: Settings) -> Sketch:
     film, radius = settings.film, 0.0 if settings.f_number is None else 0.5 * (got.entrance_pupil or 0.0)
     half, focus = 0.5 * film.diagonal, port_of(settings).apparent(settings.focus_distance)
     # The film stays at the focal length: the power of the lens rises with a nearer focus
-    found = tuple(ideal_fan(name, part * half, 1.0 / (1.0 / got.efl + 1.0 / focus), 0.0, 0.0, got.efl,
-                            0.0, radius, 9 if radius else 1, -8.0 * got.efl) for name, part in FIELDS)
+    traced = tuple(ideal_fan(name, share * half, 1.0 / (1.0 / got.efl + 1.0 / focus), 0.0, 0.0, got.efl,
+                            0.0, radius, 9 if radius else 1, -8.0 * got.efl) for name, share in FIELDS)
     return Sketch(
-        lens=None, fans=found, marks=(Mark("O", 0.0, "Centre of projection"),), film_z=got.efl, film_height=half,
+        lens=None, fans=traced, marks=(Mark("O", 0.0, "Centre of projection"),), film_z=got.efl, film_height=half,
         rear_z=0.0, glass_radius=max(radius, 0.2 * half), near_stop=radius, stop_z=0.0, stop_radius=radius or None,
         open_radius=None, ideal=True, reason=got.reason, port=replace(port_of(settings), window=got.efl),
     )

@@ -47,10 +47,10 @@ def focused_surface(settings: Settings) -> np.ndarray:
 @lru_cache(maxsize=8)
 def _curved(lens: lb.Lens, film_distance: float, width: float, height: float, lit: float) -> np.ndarray:
     radii = np.linspace(0.0, lit * INSIDE, RADII)
-    found = np.array([best_focus(lens, film_distance, float(r)) for r in radii])
+    foci = np.array([best_focus(lens, film_distance, float(r)) for r in radii])
     x, y = np.meshgrid(np.linspace(-0.5, 0.5, ACROSS) * width, np.linspace(-0.5, 0.5, DOWN) * height)
     r = np.hypot(x, y)
-    aside, z = (np.interp(INSIDE * INSIDE * r, radii, column, right=math.nan) for column in found.T)
+    aside, z = (np.interp(INSIDE * INSIDE * r, radii, column, right=math.nan) for column in foci.T)
     with np.errstate(invalid="ignore", divide="ignore"):
         along = np.where(r > 0.0, aside / r, 0.0)
     return np.stack([along * x, along * y, z - lens.length - film_distance], axis=-1)
@@ -62,11 +62,11 @@ def best_focus(lens: lb.Lens, film_distance: float, film_radius: float) -> tuple
     With rays p = a + t b across the middle ray at the distance t along it, the mean square of p about its mean is least
     at t = −Σ a·b / Σ b·b, of the deviations of a and b from their means.
     """
-    seen = region(lens, film_distance, film_radius)
-    if seen.area <= 0.0:
+    pupil = region(lens, film_distance, film_radius)
+    if pupil.area <= 0.0:
         return math.nan, math.nan
-    middle = seen.outline.mean(0)
-    rings = [middle + part * (seen.outline[::16] - middle) for part in (0.5, 0.97)]
+    middle = pupil.outline.mean(0)
+    rings = [middle + share * (pupil.outline[::16] - middle) for share in (0.5, 0.97)]
     trace = from_film(lens, film_distance, (0.0, film_radius), np.vstack([middle, *rings]))
     passes = trace.fate == lb.Fate.PASSED
     if not passes[0] or passes.sum() < 8:
@@ -89,11 +89,11 @@ def best_focus(lens: lb.Lens, film_distance: float, film_radius: float) -> tuple
 def _narrowest(lens: lb.Lens, film_distance: float, film: lb.Film, pose: lb.FilmPose) -> np.ndarray:
     """Points of the surface before a lens or a film without rotational symmetry, by a beam for each."""
     x, y = np.meshgrid(np.linspace(-0.5, 0.5, ACROSS) * film.width, np.linspace(-0.5, 0.5, DOWN) * film.height)
-    found = beams(lens, film_distance, pose.points(np.column_stack([x.ravel(), y.ravel()])), whole=True)
+    narrowest = beams(lens, film_distance, pose.points(np.column_stack([x.ravel(), y.ravel()])), whole=True)
     with np.errstate(invalid="ignore", divide="ignore"):
-        t = 1.0 / found.nearness
+        t = 1.0 / narrowest.nearness
         t = np.where((t > 0.0) & (t < FOCUSED_SURFACE_FARTHEST), t, math.nan)
-    return np.asarray((found.starts + t[:, None] * found.directions).reshape(DOWN, ACROSS, 3))
+    return np.asarray((narrowest.starts + t[:, None] * narrowest.directions).reshape(DOWN, ACROSS, 3))
 
 
 @lru_cache(maxsize=8)
@@ -162,26 +162,26 @@ def _at_window(path: np.ndarray, port: FlatPort) -> tuple[np.ndarray, np.ndarray
 
 def pixel_lines(settings: Settings, raster: Place) -> Strokes:
     """The beam of a pixel, up to what it shows; ValueError or OSError where there is no camera."""
-    seen = beam(settings, raster)
+    rays = beam(settings, raster)
     pose = settings.present_pose
     if settings.has_lens and settings.follows_lens:
-        built, at = seen_from(settings, raster)
-        outline = region(built.lens, built.film_distance, math.hypot(*at), math.atan2(at[1], at[0])).outline
+        built, xy = seen_from(settings, raster)
+        outline = region(built.lens, built.film_distance, math.hypot(*xy), math.atan2(xy[1], xy[0])).outline
         if not len(outline):
             return strokes("pixel", [])
         middle = outline.mean(0)
         rim = middle + 0.995 * (outline[:: max(len(outline) // RIM, 1)] - middle)
-        trace = from_film(built.lens, built.film_distance, at, np.vstack([middle, rim]) @ turn(built.lens, at),
+        trace = from_film(built.lens, built.film_distance, xy, np.vstack([middle, rim]) @ turn(built.lens, xy),
                           record=True)
-        far = min(seen.along, RAY_LINES_FARTHEST) if seen.along > 0.0 else RAY_LINES_FARTHEST
+        far = min(rays.along, RAY_LINES_FARTHEST) if rays.along > 0.0 else RAY_LINES_FARTHEST
         paths = []
         for i in np.flatnonzero(trace.fate == lb.Fate.PASSED):
             path = path_of(built.lens, trace, int(i)) - [0.0, 0.0, bench_of(settings).film_z]
             path, way = _at_window(path, built.port)
             paths.append(np.vstack([path[0] + far * way, path]))
         return strokes("pixel", paths)
-    ends = seen.origins + np.minimum(seen.ends, RAY_LINES_FARTHEST)[:, None] * seen.directions
-    local = [(points - pose[:3, 3]) @ pose[:3, :3] for points in (ends, seen.origins)]
+    ends = rays.origins + np.minimum(rays.ends, RAY_LINES_FARTHEST)[:, None] * rays.directions
+    local = [(points - pose[:3, 3]) @ pose[:3, :3] for points in (ends, rays.origins)]
     return Strokes("pixel", np.stack(local, axis=1))
 
 

@@ -156,36 +156,36 @@ RADII = np.sin(0.5 * np.pi * np.linspace(0.0, 1.0, 15))        # parts of a rim,
 
 def lens_parts(shown: Sketch) -> tuple[Part, ...]:
     """The glass, the stop and the film of a section; without a lens the film and an opening alone."""
-    parts: list[Part] = []
+    solids: list[Part] = []
     if shown.lens is not None:
-        parts += _glass(shown.lens, shown.glasses, shown.film_z)
+        solids += _glass(shown.lens, shown.glasses, shown.film_z)
     if shown.stop_radius is not None:
         outer = max(1.12 * (shown.open_radius or shown.stop_radius), 1.08 * shown.near_stop)
-        parts.append(_ring(shown.stop_z - shown.film_z, shown.stop_radius, outer))
-    return tuple(parts)
+        solids.append(_ring(shown.stop_z - shown.film_z, shown.stop_radius, outer))
+    return tuple(solids)
 
 
 @byte_cache(LENS_SOLID_MOST_KEPT, 8)
 def _glass(lens: lb.Lens, glasses: tuple[lb.Glass, ...], film_z: float) -> tuple[Part, ...]:
     """Of each element the half shell and its cut face."""
-    found = []
+    solids = []
     for element in elements(lens):
         of = glasses[element.front]
         glass = of.n_d, of.v_d if of.v_d is not None else 60.0
         front, rear = lens.surfaces[element.front], lens.surfaces[element.front + 1]
         edge = float(np.abs(element.outline[:, 1]).max())
         z = [lens.vertices[element.front] - film_z, lens.vertices[element.front + 1] - film_z]
-        sheets = [_placed(_sheet(surface, at, edge), lens, i, film_z) for surface, at, i in zip(
+        sheets = [_placed(_sheet(surface, vertex_z, edge), lens, i, film_z) for surface, vertex_z, i in zip(
             (front, rear), z, (element.front, element.front + 1), strict=True)]
         shell = np.concatenate([sheets[0], sheets[1][::-1]])
         both = element.front, element.front + 1
-        found.append(grid_part("glass", shell, glass=glass, surfaces=both))
+        solids.append(grid_part("glass", shell, glass=glass, surfaces=both))
         quads = np.concatenate([np.zeros((*element.strips.shape[:2], 1)), element.strips[..., ::-1]], axis=2)
         quads[..., 2] -= film_z
         triangles = np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])
         cut = flat_part("cut", triangles, glass=glass)
-        found.append(Part("cut", cut.points, np.tile([-1.0, 0.0, 0.0], (len(cut.points), 1)), glass, surfaces=both))
-    return tuple(found)
+        solids.append(Part("cut", cut.points, np.tile([-1.0, 0.0, 0.0], (len(cut.points), 1)), glass, surfaces=both))
+    return tuple(solids)
 
 
 @lru_cache(maxsize=8)
@@ -205,7 +205,7 @@ def _sheet(surface: lb.Surface, z: float, edge: float) -> np.ndarray:
 
 
 def _placed(points: np.ndarray, lens: lb.Lens, i: int, film_z: float) -> np.ndarray:
-    """Points (…, 3) of the centred surface i, camera frame, moved by its pose; the roll is in the points."""
+    """Points (…, 3) of surface i as if centred, camera frame, moved by its pose; the roll is in the points."""
     frame = lens.frames[i]
     if frame is None:
         return points
@@ -221,8 +221,8 @@ def _ring(z: float, inner: float, outer: float) -> Part:
 
 def film_part(film: lb.Film, pose: lb.FilmPose) -> Part:
     """The film's surface."""
-    part = np.linspace(-0.5, 0.5, ACROSS if pose.is_curved else 2)
-    return grid_part("film", pose.points(np.stack(np.meshgrid(part * film.width, part * film.height), -1)))
+    shares = np.linspace(-0.5, 0.5, ACROSS if pose.is_curved else 2)
+    return grid_part("film", pose.points(np.stack(np.meshgrid(shares * film.width, shares * film.height), -1)))
 
 
 def film_outline(film: lb.Film, pose: lb.FilmPose) -> np.ndarray:
@@ -248,17 +248,17 @@ def scene_parts(settings: Settings) -> tuple[tuple[Part, ...], tuple[Strokes, ..
     A wall or a sky that would hide the view is left out; its edge is drawn.
     """
     stamp, pose = scene_stamp(settings.scene), settings.present_pose
-    found = _things(settings.scene, settings.moment, stamp)
-    if found is None:
+    things = _things(settings.scene, settings.moment, stamp)
+    if things is None:
         return (), ()
-    away = np.linalg.norm(found.centres - pose[:3, 3], axis=1)
-    hides = found.planar & (found.radii > WALL * away) & (found.radii > SMALL_WALL) | (found.radii > LONGEST)
-    parts = tuple(part for part, hidden in zip(found.parts, hides, strict=True) if not hidden)
-    if found.floor is None:
-        return parts, found.edges
+    away = np.linalg.norm(things.centres - pose[:3, 3], axis=1)
+    hides = things.planar & (things.radii > WALL * away) & (things.radii > SMALL_WALL) | (things.radii > LONGEST)
+    solids = tuple(solid for solid, hidden in zip(things.parts, hides, strict=True) if not hidden)
+    if things.floor is None:
+        return solids, things.edges
     ahead = pose[:3, 3] - 1500.0 * pose[:3, 2]
-    at = tuple(float(TILE * round(float(place) / TILE)) for place in ahead)
-    return parts, (*found.edges, _tiles(found.floor, at))
+    tile = tuple(float(TILE * round(float(coordinate) / TILE)) for coordinate in ahead)
+    return solids, (*things.edges, _tiles(things.floor, tile))
 
 
 @dataclass(frozen=True, eq=False)
@@ -276,29 +276,29 @@ class _Things:
 @byte_cache(SCENE_SOLID_MOST_KEPT, 2)
 def _things(scene: str, moment: float, stamp: tuple[Stamp, ...]) -> _Things | None:
     try:
-        found = cached_scene(scene)
+        opened = cached_scene(scene)
     except (SceneFileError, OSError):
         return None
-    shapes = [displaced(shape, moment) if shape.moves else shape for shape in found.objects]
+    shapes = [displaced(shape, moment) if shape.moves else shape for shape in opened.objects]
     edges = [_edge(shape) for shape in shapes if shape.family == "planar"]
     lines = (Strokes("edge", np.concatenate([pieces_of(edge) for edge in edges])),) if edges else ()
     return _Things(tuple(map(_solid, shapes)), np.array([shape.centre for shape in shapes]).reshape(-1, 3),
                    np.array([shape.bounding_radius for shape in shapes]),
-                   np.array([shape.family == "planar" for shape in shapes], bool), lines, found.floor)
+                   np.array([shape.family == "planar" for shape in shapes], bool), lines, opened.floor)
 
 
 def _solid(shape: Shape) -> Part:
     """A shape of the world."""
     material = shape.material
     kind, brightest = ("shining" if material.shines else "thing"), max(*material.colour, 1.0)
-    red, green, blue = (float(part) / brightest for part in material.colour)
+    red, green, blue = (float(solid) / brightest for solid in material.colour)
     tint: Rgb = (red, green, blue)
     centre = np.asarray(shape.centre)
     if shape.family == "sphere":
         down, turn = np.linspace(0.0, np.pi, RINGS)[:, None], np.linspace(0.0, 2.0 * np.pi, SCENE_SOLID_AROUND)
         away = np.stack([np.sin(down) * np.cos(turn), np.cos(down) + 0.0 * turn, np.sin(down) * np.sin(turn)], -1)
-        part = grid_part(kind, centre + shape.bounding_radius * away, tint=tint)
-        return Part(kind, part.points, (part.points - centre) / shape.bounding_radius, None, tint)
+        solid = grid_part(kind, centre + shape.bounding_radius * away, tint=tint)
+        return Part(kind, solid.points, (solid.points - centre) / shape.bounding_radius, None, tint)
     if shape.family != "planar":
         return flat_part(kind, shape.facets(MOST_TRIANGLES), tint=tint)
     edge = _edge(shape)[:-1]

@@ -45,14 +45,14 @@ def spots_figure(query: Query, points: int, columns: str = "focus", reference: s
     shifts = np.array([0.0])
     if columns == "focus":
         shifts = _step(rays, still) * (np.arange(COLUMNS) - COLUMNS // 2)
-    found = still if columns != "focus" else spots(rays, reference, shifts)
+    diagram = still if columns != "focus" else spots(rays, reference, shifts)
     size = still.white_rms_radius[fields, 0]
     pitch, airy = query.bench.film.pitch, float(np.nanmax(still.airy_radius[fields], initial=0.0))
     least = CELL * float(np.nanmax(size, initial=0.0))
     half = reach([least], 0.5 * pitch if pitch < COARSE * max(least, airy) else airy)
-    plot, beyond = _plot(query, found, fields, columns, half, FEW if blur else DRAWN)
+    plot, beyond = _plot(query, diagram, fields, columns, half, FEW if blur else DRAWN)
     if blur:
-        plot = replace(plot, layers=(*_blurs(found, fields, columns, half), *plot.layers))
+        plot = replace(plot, layers=(*_blurs(diagram, fields, columns, half), *plot.layers))
     remarks = query.remarks(rays)
     if beyond:
         remarks = (*remarks, f"{beyond} points lie outside their cells and are not drawn")
@@ -61,7 +61,7 @@ def spots_figure(query: Query, points: int, columns: str = "focus", reference: s
                              "drawn")
     words = query.words(rays, REFERENCES[reference], f"cell {significant(2000.0 * half, 3)} µm",
                         *(("blur of the picture behind",) if blur else ()))
-    return Figure("Spots", ((plot,),), _table(found), words, remarks, points=rays.opd.shape[-1])
+    return Figure("Spots", ((plot,),), _table(diagram), words, remarks, points=rays.opd.shape[-1])
 
 
 def chosen_fields(count: int, rows: int) -> np.ndarray:
@@ -89,12 +89,12 @@ def _step(rays: RayGrid, still: Spots) -> float:
     return reach([0.9 * radius / max(half, 1e-6)])
 
 
-def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: float, drawn_rays: int
+def _plot(query: Query, diagram: Spots, fields: np.ndarray, columns: str, half: float, drawn_rays: int
           ) -> tuple[Plot, int]:
     """The cells, 1 wide and 1 high, from (0, 0) to the right and downward; and how many points lie outside them."""
-    rays, given, film = found.rays, found.rays.conditions, query.bench.film
-    colours = range(len(given.wavelengths))
-    across = [[(c, k) for c in colours] for k in range(len(found.shifts))] if columns == "focus" else \
+    rays, conditions, film = diagram.rays, diagram.rays.conditions, query.bench.film
+    colours = range(len(conditions.wavelengths))
+    across = [[(c, k) for c in colours] for k in range(len(diagram.shifts))] if columns == "focus" else \
         [[(c, 0)] for c in colours]
     clouds: list[list[np.ndarray]] = [[] for _ in colours]
     keys: list[list[np.ndarray]] = [[] for _ in colours]
@@ -105,7 +105,7 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
         [film.width / film.pixels_x, film.height / film.pixels_y]) / half
     stride = max(1, math.ceil((rays.opd.shape[-1] ** 2 * 0.8 / drawn_rays) ** 0.5))
     for row, f in enumerate(fields):
-        rays_of = [_thinned(found, f, c, stride) for c in colours]
+        rays_of = [_thinned(diagram, f, c, stride) for c in colours]
         for column, group in enumerate(across):
             middle = np.array([column, -row])
             for c, k in group:
@@ -118,84 +118,84 @@ def _plot(query: Query, found: Spots, fields: np.ndarray, columns: str, half: fl
                 keys[c].append(cells[drawn])
                 for surface in surfaces:
                     ended.setdefault(surface, []).append(cloud[(victims == surface) & inside] + middle)
-            radius = found.airy_radius[f, group[len(group) // 2][0]] / (2.0 * half)
+            radius = diagram.airy_radius[f, group[len(group) // 2][0]] / (2.0 * half)
             airy += [middle + radius * CIRCLE, nan]
             pixel += [middle + square, nan]
-            layers += _words(found, f, group, column, row, columns)
+            layers += _words(diagram, f, group, column, row, columns)
     corner = len(across) - 0.5, 0.5 - len(fields)
     grid = [np.array([[x - 0.5, 0.5], [x - 0.5, corner[1]], [math.nan] * 2]) for x in range(len(across) + 1)]
     grid += [np.array([[-0.5, 0.5 - y], [corner[0], 0.5 - y], [math.nan] * 2]) for y in range(len(fields) + 1)]
     lines = [Curve.through("", np.concatenate(grid), "grid", weight=1.0)]
     marks = []
-    for c, line in enumerate(given.wavelengths):
+    for c, line in enumerate(conditions.wavelengths):
         x, y = np.concatenate(clouds[c]).T
         marks.append(Points(wavelength_name(line), x, y, line, shape_of(c), np.concatenate(keys[c])))
-    for surface, places in ended.items():
-        x, y = np.concatenate(places).T
+    for surface, points in ended.items():
+        x, y = np.concatenate(points).T
         marks.append(Points("", x, y, "dead", "diamond", surface=surface))
     ends = [Curve.through("Airy", np.concatenate(airy), "strong", DASHED, 1.0)]
     if film.pitch <= 2.01 * half:
         ends.insert(0, Curve.through("pixel", np.concatenate(pixel), "text", weight=1.0))
-    heads = [Label(x, 0.5, _head(found, group, columns),
-                   "amber" if _in_focus(found, group, columns) else "dim", "above") for x, group in enumerate(across)]
+    heads = [Label(x, 0.5, _head(diagram, group, columns),
+                   "amber" if _in_focus(diagram, group, columns) else "dim", "above") for x, group in enumerate(across)]
     return Plot(Axis(None, -0.52, corner[0] + 0.02), Axis(None, corner[1] - 0.02, 0.74),
                 (*lines, *marks, *ends, *layers, *heads), equal=True, cell=2.0 * half), beyond
 
 
-def _blurs(found: Spots, fields: np.ndarray, columns: str, half: float) -> list[Map]:
+def _blurs(diagram: Spots, fields: np.ndarray, columns: str, half: float) -> list[Map]:
     """The picture of the point in each cell where light falls: all its colours, or one."""
-    rays, shares, pitch = found.rays, light_shares(found.rays), 2.0 * half / BLUR
+    rays, shares, pitch = diagram.rays, light_shares(diagram.rays), 2.0 * half / BLUR
     colours = range(len(rays.conditions.wavelengths))
-    across = [(colours, k) for k in range(len(found.shifts))] if columns == "focus" else [((c,), 0) for c in colours]
+    across = [(colours, k) for k in range(len(diagram.shifts))] if columns == "focus" else [((c,), 0) for c in colours]
     maps = []
     for row, f in enumerate(fields):
         for column, (group, k) in enumerate(across):
             lit = [c for c in group if rays.weight[f, c].any()]
             light = np.zeros((BLUR, BLUR), np.float32)
             for c in lit:
-                light += np.float32(shares[f, c]) * ray_density(rays, f, c, float(found.shifts[k]),
-                                                                found.references[f, k], pitch, BLUR)
+                light += np.float32(shares[f, c]) * ray_density(rays, f, c, float(diagram.shifts[k]),
+                                                                diagram.references[f, k], pitch, BLUR)
             if light.any():
                 maps.append(Map("", light / light.max(), (column - 0.5, column + 0.5), (-row - 0.5, 0.5 - row)))
     return maps
 
 
-def _thinned(found: Spots, f: int, c: int, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:
+def _thinned(diagram: Spots, f: int, c: int, stride: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, list[int]]:
     """Every `stride`-th ray in rows and columns of the pupil that lands.
 
     Returns (K, n, 2) mm from the reference at each place of the film, (n, 4) field, wavelength and pupil coordinates,
     (n,) the surface that ends it, −1 for one that passes, and these surfaces. A ray that a rim ends is where it would
     land without rims, known close to them.
     """
-    rays = found.rays
+    rays = diagram.rays
     some = (f, c, slice(None, None, stride), slice(None, None, stride))
     victims = rays.victim[some]
     rows, columns = np.nonzero((victims >= -1) & np.isfinite(rays.offset_s[some]))
-    landed, cells = np.empty((len(found.shifts), len(rows), 2)), np.empty((len(rows), 4))
+    landed, cells = np.empty((len(diagram.shifts), len(rows), 2)), np.empty((len(rows), 4))
     for a, (offset, slope) in enumerate(((rays.offset_s, rays.slope_s), (rays.offset_t, rays.slope_t))):
-        landed[..., a] = (offset[some][rows, columns] + found.shifts[:, None] * slope[some][rows, columns]
-                          - found.references[f, :, a, None])
+        landed[..., a] = (offset[some][rows, columns] + diagram.shifts[:, None] * slope[some][rows, columns]
+                          - diagram.references[f, :, a, None])
     cells[:, :2] = f, rays.conditions.wavelengths[c]
     cells[:, 2], cells[:, 3] = rays.pupil[f, 0, columns * stride], rays.pupil[f, 1, rows * stride]
     ends = victims[rows, columns]
     return landed, cells, ends, np.unique(ends[ends >= 0]).tolist()
 
 
-def _in_focus(found: Spots, group: list, columns: str) -> bool:
-    return columns == "focus" and found.shifts[group[0][1]] == 0.0
+def _in_focus(diagram: Spots, group: list, columns: str) -> bool:
+    return columns == "focus" and diagram.shifts[group[0][1]] == 0.0
 
 
-def _head(found: Spots, group: list, columns: str) -> str:
+def _head(diagram: Spots, group: list, columns: str) -> str:
     if columns != "focus":
-        return wavelength_name(found.rays.conditions.wavelengths[group[0][0]])
-    shift = found.shifts[group[0][1]]
-    unit = " µm" if group[0][1] == len(found.shifts) - 1 else ""
+        return wavelength_name(diagram.rays.conditions.wavelengths[group[0][0]])
+    shift = diagram.shifts[group[0][1]]
+    unit = " µm" if group[0][1] == len(diagram.shifts) - 1 else ""
     return "film" if shift == 0.0 else true_minus(f"{significant(1000.0 * shift, 3, signed=True)}{unit}")
 
 
-def _words(found: Spots, f: int, group: list, column: int, row: int, columns: str) -> list:
+def _words(diagram: Spots, f: int, group: list, column: int, row: int, columns: str) -> list:
     """Labels of one cell, and its words under the cursor."""
-    rays, k = found.rays, group[0][1]
+    rays, k = diagram.rays, group[0][1]
     cell = (column - 0.5, column + 0.5), (-row - 0.5, 0.5 - row)
     angle = math.degrees(rays.field_angles[f])
     name = field_label(rays, f)
@@ -203,36 +203,37 @@ def _words(found: Spots, f: int, group: list, column: int, row: int, columns: st
     if not rays.lit[f]:
         made.append(Label(column, -row, "dark", "dim", "middle"))
         return [*made, Area(*cell, f"{name}: no light reaches this field")]
-    rms = 1000.0 * (found.white_rms_radius[f, k] if columns == "focus" else found.rms_radius[f, group[0][0], k])
+    rms = 1000.0 * (diagram.white_rms_radius[f, k] if columns == "focus" else diagram.rms_radius[f, group[0][0], k])
     made.append(Label(column + 0.47, -row - 0.48, significant(rms, 2), "dim", "left above"))
-    moved = true_minus(f", film {significant(1000.0 * found.shifts[k], 3, signed=True)} µm") if found.shifts[k] else ""
+    shift = 1000.0 * diagram.shifts[k]
+    moved = true_minus(f", film {significant(shift, 3, signed=True)} µm") if shift else ""
     said = [f"{name}, {fixed(angle, 1)}°{moved}"]
     if len(group) > 1:
-        geo = significant(1000.0 * found.white_geo[f, k], 3)
+        geo = significant(1000.0 * diagram.white_geo[f, k], 3)
         said.append(f"all colours   RMS {significant(rms, 3)} µm   GEO {geo} µm")
     for c, _ in group:
         line = wavelength_name(rays.conditions.wavelengths[c])
-        said.append(f"{line}   RMS {significant(1000.0 * found.rms_radius[f, c, k], 3)} µm   "
-                    f"GEO {significant(1000.0 * found.geo[f, c, k], 3)} µm   "
-                    f"Airy {significant(1000.0 * found.airy_radius[f, c].mean(), 3)} µm")
+        said.append(f"{line}   RMS {significant(1000.0 * diagram.rms_radius[f, c, k], 3)} µm   "
+                    f"GEO {significant(1000.0 * diagram.geo[f, c, k], 3)} µm   "
+                    f"Airy {significant(1000.0 * diagram.airy_radius[f, c].mean(), 3)} µm")
     lost = int(rays.lost[f].sum())
     if lost:
         said.append(f"{lost} of {int(rays.launched[f].sum())} rays vignetted")
     return [*made, Area(*cell, "\n".join(said))]
 
 
-def _table(found: Spots) -> Table:
+def _table(diagram: Spots) -> Table:
     head = ("field (mm)", "field (deg)", "film shift (mm)", "wavelength (um)", "rms sagittal (um)",
             "rms tangential (um)", "rms radius (um)", "geo radius (um)", "Airy radius (um)", "rays vignetted", "rays")
 
     def rows() -> Iterator[tuple]:
-        rays = found.rays
+        rays = diagram.rays
         for f, height in enumerate(rays.image_heights):
-            for k, shift in enumerate(found.shifts):
+            for k, shift in enumerate(diagram.shifts):
                 for c, line in enumerate(rays.conditions.wavelengths):
-                    yield (height, math.degrees(rays.field_angles[f]), shift, line, *(1000.0 * found.rms[f, c, k]),
-                           1000.0 * found.rms_radius[f, c, k], 1000.0 * found.geo[f, c, k],
-                           1000.0 * found.airy_radius[f, c].mean(), rays.lost[f, c], rays.launched[f, c])
+                    yield (height, math.degrees(rays.field_angles[f]), shift, line, *(1000.0 * diagram.rms[f, c, k]),
+                           1000.0 * diagram.rms_radius[f, c, k], 1000.0 * diagram.geo[f, c, k],
+                           1000.0 * diagram.airy_radius[f, c].mean(), rays.lost[f, c], rays.launched[f, c])
 
     return Table(head, rows)
 
@@ -248,7 +249,7 @@ def nearest_ray(plot: Plot, x: float, y: float) -> Key | None:
     In a spot diagram, the ray of the mark at the point; in a fan, that of the curve nearest to y, at the pupil
     coordinate nearest to x. None where no mark or curve is near.
     """
-    best, found = NEAR, None
+    best, ray = NEAR, None
     for layer in plot.layers:
         if not isinstance(layer, Points | Curve) or layer.rays is None:
             continue
@@ -260,8 +261,8 @@ def nearest_ray(plot: Plot, x: float, y: float) -> Key | None:
                             NEAR * np.abs(layer.y - y) / (plot.y.high - plot.y.low), math.inf)
         i = int(away.argmin()) if away.size else 0
         if away.size and away[i] < best:
-            best, found = float(away[i]), layer.rays[i].tolist()
-    return None if found is None else (int(found[0]), found[1], found[2], found[3])
+            best, ray = float(away[i]), layer.rays[i].tolist()
+    return None if ray is None else (int(ray[0]), ray[1], ray[2], ray[3])
 
 
 @lru_cache(maxsize=8)
@@ -272,8 +273,8 @@ def pointed_ray(settings: Settings, points: int, key: Key) -> PointedRay:
         asked = asked.lines
     rays = asked.grid(points)
     of_fields = np.ones((len(rays.images), 1))
-    place = rays.beams.towards_scene(s * of_fields, t * of_fields)[0][f]
-    start = rays.beams.starts(np.array([f]), place)
+    entrance = rays.beams.towards_scene(s * of_fields, t * of_fields)[0][f]
+    start = rays.beams.starts(np.array([f]), entrance)
     lens, away = asked.lens, asked.bench.film_distance
     film_z = lens.length + away
     traced = lb.trace(lens, start[:3].T + [0.0, 0.0, film_z], start[3:6].T, line, record=True, forward=True)
@@ -288,5 +289,5 @@ def pointed_ray(settings: Settings, points: int, key: Key) -> PointedRay:
     end, direction = traced.points[0], traced.directions[0]
     film = end + (film_z - end[2]) / direction[2] * direction
     path = np.vstack([path_before_lens(lens, away, traced.paths[0, 1], start[3:6, 0]), traced.paths[0, 1:], film])
-    found = landing(settings, path)
-    return PointedRay(path, -1, f"{name}: {found.text}", found.point, found.raster)
+    landed = landing(settings, path)
+    return PointedRay(path, -1, f"{name}: {landed.text}", landed.point, landed.raster)

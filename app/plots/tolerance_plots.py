@@ -51,28 +51,28 @@ EDGE, GAMMA = 0.47, 2.2         # half a picture, of its cell; of the shades
 
 def cost_figure(query: Query, points: int, within: Tolerances) -> Figure:
     """The costliest errors as bars: growth of the rms spot, and loss of contrast; LensError where there are none."""
-    found = sensitivities(_lens(query), query.bench.film, within, None, query.wavelengths or None)
-    shown, places = found[:SHOWN], np.arange(min(len(found), SHOWN), dtype=float)
-    spots, losses = (np.array([scale * getattr(each, name) for each in shown])
+    errors = sensitivities(_lens(query), query.bench.film, within, None, query.wavelengths or None)
+    shown, positions = errors[:SHOWN], np.arange(min(len(errors), SHOWN), dtype=float)
+    spots, losses = (np.array([scale * getattr(error, name) for error in shown])
                      for scale, name in ((1000.0, "spot"), (-100.0, "contrast")))
-    names = [f"{KIND_SIGNS[each.kind]}{each.surface}" for each in shown]
+    names = [f"{KIND_SIGNS[error.kind]}{error.surface}" for error in shown]
     plots = []
     for label, values, tint in (("Spot (µm)", spots, "field0"), ("Loss (% contrast)", losses, "field2")):
         dark, values = np.isnan(values), np.nan_to_num(values)
         top, bottom = max(float(values.max(initial=0.0)), 1e-6), min(float(values.min(initial=0.0)), 0.0)
         room = 0.12 * (top - bottom)
-        layers = (Bars("", places, values, 0.6, tint),
-                  *(Label(place, 0.5 * top, "dark", "dim", "above") for place in places[dark].tolist()),
-                  *(Label(place, max(float(value), 0.0), name, "dim", "above")
-                    for place, value, name in zip(places.tolist(), values.tolist(), names, strict=True)))
-        plots.append(Plot(Axis(None, -0.7, len(places) - 0.3), Axis(label, bottom - 0.2 * room, top + 3.0 * room),
+        layers = (Bars("", positions, values, 0.6, tint),
+                  *(Label(position, 0.5 * top, "dark", "dim", "above") for position in positions[dark].tolist()),
+                  *(Label(position, max(float(value), 0.0), name, "dim", "above")
+                    for position, value, name in zip(positions.tolist(), values.tolist(), names, strict=True)))
+        plots.append(Plot(Axis(None, -0.7, len(positions) - 0.3), Axis(label, bottom - 0.2 * room, top + 3.0 * room),
                           layers))
     table = Table(("error", "surface", "tolerance", "growth of the spot (mm)", "change of contrast"), tuple(
-        (each.kind, float(each.surface), each.tolerance, each.spot, each.contrast) for each in found))
+        (error.kind, float(error.surface), error.tolerance, error.spot, error.contrast) for error in errors))
     words = ("R radius, t thickness, n index, d decentre and a tilt of the element that begins at the surface · "
              "contrast at 30 lp/mm · film at the best focus of each copy, the least rms spot on the axis, object "
              "at infinity")
-    first, lost = shown[0], sum(np.isnan(each.spot) for each in found)
+    first, lost = shown[0], sum(np.isnan(error.spot) for error in errors)
     said = (f"the costliest: {error_name(first.kind, first.surface)}, {amount(first.kind, first.tolerance)}",
             *([f"with {lost} of the errors no light of a field arrives: dark"] if lost else []))
     return Figure("Tolerances", tuple((plot,) for plot in plots), table, words, said)
@@ -86,7 +86,7 @@ def copies_figure(query: Query, copies: int, within: Tolerances, seed: int = 0) 
         layers = []
         for j, (way, tint) in enumerate(TINTS):
             if k == 0 and j == 1:
-                break                                   # on the axis both are alike but for chance
+                break                                   # on the axis both are equal but for chance
             layers += [Curve(way, run.frequencies, band[1, k, :, j], tint),
                        *(Curve("5th and 95th percentile" if j == 0 else "", run.frequencies, band[p, k, :, j], tint,
                                DOTTED, 1.2) for p in (0, 2)),
@@ -113,7 +113,7 @@ def pictures_figure(query: Query, points: int, within: Tolerances) -> Figure:
     """A Siemens star at three image heights (down) through the design and five copies of a run (across)."""
     lens, film, wavelengths = _lens(query), query.bench.film, query.wavelengths or None
     run = five_of(lens, film, within, wavelengths)
-    seen, width = star_pictures(lens, run.production, run.copies, film, wavelengths)
+    pictures, width = star_pictures(lens, run.production, run.copies, film, wavelengths)
     contrast = [_mean(run.production.nominal), *(_mean(run.production.contrast[copy]) for copy in run.copies)]
     layers: list = []
     for column, (name, mean) in enumerate(zip(("design", *SHARES), contrast, strict=True)):
@@ -122,7 +122,7 @@ def pictures_figure(query: Query, points: int, within: Tolerances) -> Figure:
         for row, field in enumerate(PLACES):
             box = (column - EDGE, column + EDGE), (-row - EDGE, -row + EDGE)
             height = fixed(run.production.fields[field], 1)
-            layers.append(Map("", seen[column, field] ** (1.0 / GAMMA), *box))
+            layers.append(Map("", pictures[column, field] ** (1.0 / GAMMA), *box))
             spot = run.production.nominal_spots[field] if column == 0 else run.production.spots[
                 run.copies[column - 1], field]
             layers.append(Area(*box, f"{name}, image height {height} mm\nspot {fixed(1000.0 * spot, 1)} µm rms"))

@@ -18,10 +18,10 @@ def file_stamp(path: str | Path) -> Stamp:
     if "." not in (name := str(path)) and os.sep not in name:       # asked for many times a frame
         return 0, 0
     try:
-        found = Path(path).stat()
+        status = Path(path).stat()
     except (OSError, ValueError):               # no name that a file may have
         return 0, 0
-    return found.st_mtime_ns, found.st_size
+    return status.st_mtime_ns, status.st_size
 
 
 def keeps_last_good(size: int) -> Callable[[Callable[[str, Any], Content]], Callable[[str, Any], Content]]:

@@ -14,7 +14,7 @@ from urllib.parse import unquote
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.scenes.mesh_parts import WHITE, Look, MeshFile, Part, compact, draco_decoded, of_looks
+from lensbench.app.scenes.mesh_parts import WHITE, Look, MeshFile, Piece, compact, draco_decoded, of_looks
 from lensbench.core.text import excerpt, significant
 
 MOST_JSON = 64 << 20            # bytes
@@ -36,7 +36,7 @@ WORDS = {int: "a whole number", dict: "an object", list: "a list", str: "text", 
 Object = dict[str, Any]
 
 
-def read_gltf(file: MeshFile) -> Iterator[Part]:
+def read_gltf(file: MeshFile) -> Iterator[Piece]:
     """The parts of a glTF or GLB file, one for each primitive of a node. SceneError, ValueError or LookupError."""
     return _Gltf(file).parts()
 
@@ -107,7 +107,7 @@ class _Gltf:
     def uri(self, uri: str) -> bytes:
         """The bytes of a data URI, or of a file next to the mesh."""
         if not uri.startswith("data:"):
-            return self.file.beside(unquote(uri))
+            return self.file.bytes_of(unquote(uri))
         head, comma, text = uri.partition(",")
         try:
             if not comma:
@@ -156,34 +156,34 @@ class _Gltf:
                                 "its use")
         count, normalized = _get(accessor, "count", int), _get(accessor, "normalized", bool, False)
         if "bufferView" in accessor:
-            found = self.rows(accessor["bufferView"], _get(accessor, "byteOffset", int, 0), count, WIDTHS[form],
+            numbers = self.rows(accessor["bufferView"], _get(accessor, "byteOffset", int, 0), count, WIDTHS[form],
                               KINDS[kind])
         elif count > np.iinfo(np.int64).max // 64:
             raise lb.SceneError(f"the count {excerpt(count)} of accessor {index} is too large")
         else:
-            found = np.broadcast_to(np.zeros(1, KINDS[kind]), (count, WIDTHS[form]))
+            numbers = np.broadcast_to(np.zeros(1, KINDS[kind]), (count, WIDTHS[form]))
         if "sparse" not in accessor:
-            return found, normalized
+            return numbers, normalized
         if index not in self._sparse:
             sparse = _get(accessor, "sparse", dict)
             few = _get(sparse, "count", int)
-            places, values = _get(sparse, "indices", dict), _get(sparse, "values", dict)
-            self.used_sparse += found.size
+            indices, values = _get(sparse, "indices", dict), _get(sparse, "values", dict)
+            self.used_sparse += numbers.size
             if self.used_sparse > MOST_SPARSE:
                 raise lb.SceneError(f"sparse accessors of more than {significant(MOST_SPARSE)} numbers")
-            rows = self.rows(_get(places, "bufferView", int), _get(places, "byteOffset", int, 0), few, 1,
-                             KINDS[_get(places, "componentType", int)])[:, 0]
+            rows = self.rows(_get(indices, "bufferView", int), _get(indices, "byteOffset", int, 0), few, 1,
+                             KINDS[_get(indices, "componentType", int)])[:, 0]
             if few and rows.max() >= count:
                 raise lb.SceneError(f"accessor {index} replaces a row that it does not have")
-            found = found.copy()
-            found[rows.astype(np.int64)] = self.rows(
+            numbers = numbers.copy()
+            numbers[rows.astype(np.int64)] = self.rows(
                 _get(values, "bufferView", int), _get(values, "byteOffset", int, 0), few, WIDTHS[form], KINDS[kind])
-            self._sparse[index] = found
+            self._sparse[index] = numbers
         return self._sparse[index], normalized
 
     # Nodes
 
-    def parts(self) -> Iterator[Part]:
+    def parts(self) -> Iterator[Piece]:
         """The triangles of every node of the scene, where the node stands."""
         worlds = self._worlds()
         lines = 0
@@ -202,9 +202,9 @@ class _Gltf:
                 if _get(primitive, "mode", int, 4) < 4:
                     lines += 1
                     continue
-                part = self._part(primitive, node, _get(mesh, "weights", list, []), world, worlds)
-                if part is not None:
-                    yield part
+                piece = self._part(primitive, node, _get(mesh, "weights", list, []), world, worlds)
+                if piece is not None:
+                    yield piece
         if lines and not self.file.triangles:
             raise lb.SceneError("holds points or lines, no triangles")
 
@@ -235,7 +235,7 @@ class _Gltf:
         return worlds
 
     def _part(self, primitive: Object, node: Object, weights: list, world: np.ndarray,
-              worlds: dict[int, np.ndarray]) -> Part | None:
+              worlds: dict[int, np.ndarray]) -> Piece | None:
         """The triangles of a primitive, in the frame of the file; None where it has none."""
         columns, faces = self._columns(primitive)
         if "POSITION" not in columns:
@@ -278,25 +278,25 @@ class _Gltf:
             if normals is not None:
                 normals = normals @ _cofactors(world[:3, :3]).T
         if self.file.plain:
-            return Part(points, triangles, Look(), normals)
+            return Piece(points, triangles, Look(), normals)
         with of_looks():
             look, uv = self._look(primitive, column)
         colours = column("COLOR_0", normalized=True)
-        return Part(points, triangles, look, normals, uv,
+        return Piece(points, triangles, look, normals, uv,
                     None if colours is None else np.clip(colours[:, :3], 0.0, 1.0).astype(np.float32))
 
     def _accessors(self, names: Any) -> dict[str, tuple[np.ndarray, bool]]:
         """The columns of an object of accessors, by their names."""
         widths = {"POSITION": (3,), "NORMAL": (3,), "COLOR_0": (3, 4), "JOINTS": (4,), "WEIGHTS": (4,),
                   "TEXCOORD": (2,)}
-        found = {}
+        columns = {}
         for name in _get({"attributes": names}, "attributes", dict):
             fit = widths.get(name, widths.get(name.split("_")[0], ()))
             if fit:
-                found[name] = self.accessor(names[name])
-                if found[name][0].shape[1] not in fit:
-                    raise lb.SceneError(f"{name} has {found[name][0].shape[1]} numbers for each vertex")
-        return found
+                columns[name] = self.accessor(names[name])
+                if columns[name][0].shape[1] not in fit:
+                    raise lb.SceneError(f"{name} has {columns[name][0].shape[1]} numbers for each vertex")
+        return columns
 
     def _columns(self, primitive: Object) -> tuple[dict[str, tuple[np.ndarray, bool]], np.ndarray | None]:
         """The columns of the vertices of a primitive, and the rows of its corners (n,), if it has such."""
@@ -415,17 +415,17 @@ def _local(node: Object) -> np.ndarray:
     """The transform (4, 4) of a node to the frame of its parent."""
     if "matrix" in node:
         return _numbers(node, "matrix", 16).reshape(4, 4).T
-    found = np.eye(4)
+    matrix = np.eye(4)
     if "rotation" in node:
         x, y, z, w = _numbers(node, "rotation", 4)
-        found[:3, :3] = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        matrix[:3, :3] = [[1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
                          [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
                          [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)]]
     if "scale" in node:
-        found[:3, :3] *= _numbers(node, "scale", 3)
+        matrix[:3, :3] *= _numbers(node, "scale", 3)
     if "translation" in node:
-        found[:3, 3] = _numbers(node, "translation", 3)
-    return found
+        matrix[:3, 3] = _numbers(node, "translation", 3)
+    return matrix
 
 
 def _cofactors(matrix: np.ndarray) -> np.ndarray:

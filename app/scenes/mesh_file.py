@@ -1,7 +1,7 @@
 """Meshes of scene files: OBJ, PLY, glTF and GLB, with base colour, normals and pictures.
 
 What a mesh file names is read from the folder of the scene alone. Its pictures are decoded by `texture`, by their own
-first bytes, whatever the file calls them; they are not turned by EXIF: their places count the texels as stored.
+first bytes, whatever the file calls them; they are not turned by EXIF: their coordinates count the texels as stored.
 """
 
 import math
@@ -13,7 +13,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.scenes.gltf_file import read_gltf
-from lensbench.app.scenes.mesh_parts import MOST_BYTES, LookError, MeshFile, Part, distinct
+from lensbench.app.scenes.mesh_parts import MOST_BYTES, LookError, MeshFile, Piece, distinct
 from lensbench.app.scenes.obj_file import read_obj
 from lensbench.app.scenes.ply_file import read_ply
 from lensbench.app.scenes.texture import TEXTURE_TEXELS, asset_path, image_of
@@ -50,10 +50,10 @@ def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None,
     file = MeshFile(path, folder, plain=material is not None)
     try:
         with np.errstate(all="ignore"):             # what is not finite is refused below
-            parts = _joined([part for part in READERS[kind](file) if len(part.faces)])
-            if not parts:
+            pieces = _joined([piece for piece in READERS[kind](file) if len(piece.faces)])
+            if not pieces:
                 raise lb.SceneError("has no triangles")
-            return _placed(parts, _pictures(parts, file), MM[kind], name, pose, material, smooth)
+            return _placed(pieces, _pictures(pieces, file), MM[kind], name, pose, material, smooth)
     except lb.SceneError as error:
         advice = "; or give the mesh a material" if isinstance(error, LookError) else ""
         raise lb.SceneError(f"mesh {excerpt(name)}: {error}{advice}") from error
@@ -61,48 +61,48 @@ def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None,
         raise lb.SceneError(f"mesh {excerpt(name)} is damaged, or no file of the kind {kind}") from error
 
 
-def _joined(parts: list[Part]) -> list[Part]:
+def _joined(pieces: list[Piece]) -> list[Piece]:
     """One part for all of one look: a file may have a node for each screw."""
-    alike: dict[tuple, list[Part]] = {}
-    for part in parts:
-        given = tuple(each is None for each in (part.normals, part.uv, part.colours))
-        alike.setdefault((part.look, given), []).append(part)
-    if len(alike) > MOST_LOOKS:
-        raise lb.SceneError(f"has {significant(len(alike))} materials: at most {significant(MOST_LOOKS)} are read")
+    by_look: dict[tuple, list[Piece]] = {}
+    for piece in pieces:
+        missing = tuple(values is None for values in (piece.normals, piece.uv, piece.colours))
+        by_look.setdefault((piece.look, missing), []).append(piece)
+    if len(by_look) > MOST_LOOKS:
+        raise lb.SceneError(f"has {significant(len(by_look))} materials: at most {significant(MOST_LOOKS)} are read")
 
-    def stacked(same: list[Part], column: str) -> np.ndarray | None:
-        arrays = [getattr(part, column) for part in same]
+    def stacked(same: list[Piece], column: str) -> np.ndarray | None:
+        arrays = [getattr(piece, column) for piece in same]
         return arrays[0] if len(same) == 1 or arrays[0] is None else np.concatenate(arrays)
 
-    found = []
-    for (look, _), same in alike.items():
-        starts = np.cumsum([0, *(len(part.vertices) for part in same[:-1])])
+    joined = []
+    for (look, _), same in by_look.items():
+        starts = np.cumsum([0, *(len(piece.vertices) for piece in same[:-1])])
         for k, start in enumerate(starts):
             same[k] = same[k]._replace(faces=(same[k].faces + start).astype(np.int32))
         vertices, faces, normals, uv, colours = (stacked(same, name) for name in (
             "vertices", "faces", "normals", "uv", "colours"))
         assert vertices is not None and faces is not None
-        found.append(Part(vertices, faces, look, normals, uv, colours))
-    return found
+        joined.append(Piece(vertices, faces, look, normals, uv, colours))
+    return joined
 
 
-def _pictures(parts: list[Part], file: MeshFile) -> dict:
+def _pictures(pieces: list[Piece], file: MeshFile) -> dict:
     """The images of the parts by the names of their looks, of MOST_TEXELS in all."""
-    names = [*dict.fromkeys(part.look.picture for part in parts if part.look.picture is not None)]
-    found = {}
+    names = [*dict.fromkeys(piece.look.picture for piece in pieces if piece.look.picture is not None)]
+    images = {}
     for name in names:
         try:
             picture = read_picture_file(file.pictures.pop(name), upright=False)
         except PictureFileError as error:
             raise LookError(f"texture {excerpt(name)}: {error}") from error
-        found[name] = image_of(picture, MOST_TEXELS // len(names))
-    return found
+        images[name] = image_of(picture, MOST_TEXELS // len(names))
+    return images
 
 
-def _placed(parts: list[Part], images: dict, mm: float, name: str, pose: Pose, material: lb.Material | None,
+def _placed(pieces: list[Piece], images: dict, mm: float, name: str, pose: Pose, material: lb.Material | None,
             smooth: bool) -> list[lb.Mesh]:
     """The parts in the world, in mm. mm: of a unit of the format."""
-    lows, highs = zip(*((part.vertices.min(0), part.vertices.max(0)) for part in parts), strict=True)
+    lows, highs = zip(*((piece.vertices.min(0), piece.vertices.max(0)) for piece in pieces), strict=True)
     low, high = np.min(lows, 0), np.max(highs, 0)
     if not (np.isfinite(low).all() and np.isfinite(high).all()):
         raise lb.SceneError("a vertex is not finite")
@@ -112,36 +112,36 @@ def _placed(parts: list[Part], images: dict, mm: float, name: str, pose: Pose, m
         if not longest > 0.0:
             raise lb.SceneError("has no size that a factor could change")
         scale = pose.size / longest
-    found = []
-    for part in parts:
-        vertices = scale * part.vertices @ pose.rotation.T + np.asarray(pose.place)
-        normals = part.normals @ pose.rotation.T if part.normals is not None else None
+    meshes = []
+    for piece in pieces:
+        vertices = scale * piece.vertices @ pose.rotation.T + np.asarray(pose.place)
+        normals = piece.normals @ pose.rotation.T if piece.normals is not None else None
         if normals is None and smooth:
-            normals = _smoothed(vertices, part.faces)
-        image = images.get(part.look.picture)
+            normals = _smoothed(vertices, piece.faces)
+        image = images.get(piece.look.picture)
         pattern = None if image is None else lb.Pattern("image", image=image)
-        own = material or lb.Material(part.look.colour, pattern=pattern)
+        own = material or lb.Material(piece.look.colour, pattern=pattern)
         try:
-            found.append(lb.Mesh.of(vertices, part.faces, own, normals=normals, uv=part.uv, colours=part.colours,
+            meshes.append(lb.Mesh.of(vertices, piece.faces, own, normals=normals, uv=piece.uv, colours=piece.colours,
                                     name=Path(name).stem))
         except lb.SceneError as error:
             if "area" not in str(error):
                 raise
-    if not found:
+    if not meshes:
         raise lb.SceneError("none of its triangles has an area")
-    return found
+    return meshes
 
 
 def _smoothed(vertices: np.ndarray, faces: np.ndarray) -> np.ndarray:
     """Normals (n, 3): sums over the triangles around each place, weighted by their areas."""
-    _, places = distinct(*np.round((vertices - vertices.min(0)) * 1e4).astype(np.int64).T)
+    _, positions = distinct(*np.round((vertices - vertices.min(0)) * 1e4).astype(np.int64).T)
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     normal = np.cross(b - a, c - a)
-    sums = np.zeros((places.max() + 1, 3))
+    sums = np.zeros((positions.max() + 1, 3))
     for k in range(3):
         for axis in range(3):
-            sums[:, axis] += np.bincount(places[faces[:, k]], normal[:, axis], len(sums))
-    return sums[places]
+            sums[:, axis] += np.bincount(positions[faces[:, k]], normal[:, axis], len(sums))
+    return sums[positions]
 
 
 def rotation(about_x: float, about_y: float, about_z: float) -> np.ndarray:

@@ -43,7 +43,7 @@ class Look(NamedTuple):
     picture: Any = None
 
 
-class Part(NamedTuple):
+class Piece(NamedTuple):
     """Triangles of one look, in units of the file. uv: 0, 0 is the lower left corner of the picture."""
 
     vertices: np.ndarray
@@ -67,7 +67,7 @@ class MeshFile:
         self.triangles = 0
         self._files: dict[str, bytes] = {}
 
-    def beside(self, name: str) -> bytes:
+    def bytes_of(self, name: str) -> bytes:
         """The bytes of a file that the mesh names, relative to its own place."""
         if name not in self._files:
             if "://" in name:
@@ -119,26 +119,26 @@ def cut_to_triangles(points: np.ndarray, corners: np.ndarray, lengths: np.ndarra
     points: (n, 3). corners: all corners of all polygons, as rows of points. lengths: corners of each polygon.
     """
     starts = np.cumsum(lengths) - lengths
-    found, owners, effort = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)], 0
+    triangles_found, owners, effort = [np.empty((0, 3), np.int64)], [np.empty(0, np.int64)], 0
     for count in np.unique(lengths[lengths > 2]):
         same = np.flatnonzero(lengths == count)
         for first in range(0, len(same), step := max(BLOCK // int(count), 1)):
             which = same[first:first + step]
-            places = starts[which][:, None] + np.arange(count)
-            inward = _inward(points[corners[places]]) if count > 3 else np.zeros((len(which), 1), bool)
+            positions = starts[which][:, None] + np.arange(count)
+            inward = _inward(points[corners[positions]]) if count > 3 else np.zeros((len(which), 1), bool)
             if count == 4:              # a quad is cut from its inward corner
-                places = starts[which][:, None] + (np.arange(4) + np.argmax(inward, 1)[:, None]) % 4
+                positions = starts[which][:, None] + (np.arange(4) + np.argmax(inward, 1)[:, None]) % 4
             elif (concave := inward.any(1)).any():
                 effort += int(concave.sum()) * max(int(count), 32) ** 2
                 if effort > MOST_EFFORT:
                     raise lb.SceneError("too many or too long polygons with inward corners: save it as triangles")
                 for row in np.flatnonzero(concave):
-                    found.append(starts[which[row]] + _cut(points[corners[places[row]]]))
-                    owners.append(np.full(len(found[-1]), which[row]))
-                which, places = which[~concave], places[~concave]
-            found += [places[:, [0, k, k + 1]] for k in range(1, count - 1)]
+                    triangles_found.append(starts[which[row]] + _cut(points[corners[positions[row]]]))
+                    owners.append(np.full(len(triangles_found[-1]), which[row]))
+                which, positions = which[~concave], positions[~concave]
+            triangles_found += [positions[:, [0, k, k + 1]] for k in range(1, count - 1)]
             owners += [which] * (int(count) - 2)
-    triangles, owner = np.concatenate(found), np.concatenate(owners)
+    triangles, owner = np.concatenate(triangles_found), np.concatenate(owners)
     if (np.diff(owner) < 0).any():
         order = np.argsort(owner, kind="stable")
         triangles, owner = triangles[order], owner[order]

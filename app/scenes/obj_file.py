@@ -9,7 +9,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.scenes.mesh_parts import (
-    GREY, WHITE, Look, LookError, MeshFile, Part, coded, compact, cut_to_triangles, distinct, of_looks
+    GREY, WHITE, Look, LookError, MeshFile, Piece, coded, compact, cut_to_triangles, distinct, of_looks
 )
 from lensbench.core.kernels.numeric import linear
 from lensbench.core.text import excerpt
@@ -71,15 +71,15 @@ def _floats(width: int) -> Callable[[list[bytes]], np.ndarray]:
 
 def _corners(words: list[bytes]) -> np.ndarray:
     """Rows (n, 3) of the corners a, a/b, a//c, a/b/c; 0 where a number is missing."""
-    found = np.zeros((len(words), 3), np.int64)
+    corners = np.zeros((len(words), 3), np.int64)
     slashes, *others = {*map(methodcaller("count", b"/"), words)} or {0}
     joined = b"/".join(words)
     if others or b"//" in joined or joined.endswith(b"/"):
         words = [b"/".join((*(number or b"0" for number in word.split(b"/")), b"0", b"0")[:3]) for word in words]
         slashes, joined = 2, b"/".join(words)
     numbers = np.array([*map(int, joined.split(b"/"))] if words else [], np.int64)
-    found[:, :slashes + 1] = numbers.reshape(-1, slashes + 1)
-    return found
+    corners[:, :slashes + 1] = numbers.reshape(-1, slashes + 1)
+    return corners
 
 
 class _Tables:
@@ -127,12 +127,12 @@ class _Tables:
             raise lb.SceneError(f"the line {excerpt(line.decode('utf-8', 'replace'))} is not OBJ")
 
 
-def read_obj(file: MeshFile) -> Iterator[Part]:
+def read_obj(file: MeshFile) -> Iterator[Piece]:
     """The parts of an OBJ file, one for each material. ValueError, LookupError or SceneError for a damaged one."""
     tables = _Tables()
     for kind, run in chain.from_iterable(groupby(lines, key=itemgetter(slice(2))) for lines in _lines(file)):
         tables.add(kind, [line[2:] for line in run])
-    points, places, normals, tints, lengths = (tables.points, tables.places, tables.normals, tables.tints,
+    points, uvs, normals, tints, lengths = (tables.points, tables.places, tables.normals, tables.tints,
                                                tables.lengths)
     paints: dict[bytes, Paint] = {}
     if not lengths:
@@ -144,28 +144,28 @@ def read_obj(file: MeshFile) -> Iterator[Part]:
                 paints |= _materials(file, library)
     vertices = points.array()
     index = tables.corners.array()
-    for k, (table, what) in enumerate(((points, "v"), (places, "vt"), (normals, "vn"))):
+    for k, (table, what) in enumerate(((points, "v"), (uvs, "vt"), (normals, "vn"))):
         if index[:, k].min() < (1 if k == 0 else 0) or index[:, k].max() > table.count:
             raise lb.SceneError(f"a face has a corner that does not exist (it has {table.count} rows {what})")
     index -= 1
     triangles, owner = cut_to_triangles(vertices, index[:, 0], np.array(lengths))
     if (index[:, 1:] < 0).all():
-        at, faces = (np.arange(len(vertices)), *[np.full(len(vertices), -1)] * 2), index[:, 0][triangles]
+        picks, faces = (np.arange(len(vertices)), *[np.full(len(vertices), -1)] * 2), index[:, 0][triangles]
     else:                           # a vertex for each different trio of place, place in the picture and normal
         first, which = distinct(*index.T)
-        at, faces = index[first].T, which[triangles]
-    uv = np.where(at[1][:, None] >= 0, places.array()[at[1]], np.nan) if places.count else None
-    ups = np.where(at[2][:, None] >= 0, normals.array()[at[2]], 0.0) if normals.count else None
+        picks, faces = index[first].T, which[triangles]
+    uv = np.where(picks[1][:, None] >= 0, uvs.array()[picks[1]], np.nan) if uvs.count else None
+    ups = np.where(picks[2][:, None] >= 0, normals.array()[picks[2]], 0.0) if normals.count else None
     colours = None
     if tints.count and not file.plain:
         levels = tints.array()[:, 3:]
         if tints.count != points.count or levels.max() > 1.0:
             raise LookError("colours of vertices (v x y z red green blue) must lie between 0 and 1, for all or none")
-        colours = coded(levels[at[0]])
+        colours = coded(levels[picks[0]])
     starts = np.array([face for face, _ in tables.used])
     names = {name: k for k, name in enumerate(dict.fromkeys(name for _, name in tables.used))}
     of_face = np.array([names[name] for _, name in tables.used])[np.searchsorted(starts, owner, "right") - 1]
-    points_of = vertices[at[0]]
+    points_of = vertices[picks[0]]
     for name, group in zip(names, _groups(of_face, len(names)), strict=True):
         if not len(group):
             continue
@@ -178,7 +178,7 @@ def read_obj(file: MeshFile) -> Iterator[Part]:
             if uv is None or np.isnan(uv[rows]).any():
                 raise LookError(f"faces with the picture {excerpt(paint.look.picture)} have no places in it (vt)")
             places_of = uv[rows] * paint.scale + paint.offset
-        yield Part(points_of[rows], own, paint.look, None if ups is None else ups[rows], places_of,
+        yield Piece(points_of[rows], own, paint.look, None if ups is None else ups[rows], places_of,
                    None if colours is None else colours[rows])
 
 
@@ -210,21 +210,21 @@ def _materials(file: MeshFile, library: bytes) -> dict[bytes, Paint]:
     """The materials of `mtllib`: one file with spaces in its name, or several."""
     name = library.decode("utf-8", "replace").replace("\\", "/")
     try:
-        texts = [file.beside(name)]
+        texts = [file.bytes_of(name)]
     except lb.SceneError:
         if len(name.split()) < 2:
             raise
-        texts = [file.beside(word) for word in name.split()]
+        texts = [file.bytes_of(word) for word in name.split()]
     if sum(map(len, texts)) > MOST_MTL:
         raise LookError(f"its materials take more than {MOST_MTL >> 20} MB")
-    found: dict[bytes, Paint] = {}
+    paints: dict[bytes, Paint] = {}
     own = b""
     for line in b"\n".join(texts).splitlines():
         kind, _, rest = line.replace(b"\t", b" ").strip().partition(b" ")
         if kind == b"newmtl":
             own = rest.strip()
-            found[own] = Paint()
-        elif kind == b"Kd" and own in found:
+            paints[own] = Paint()
+        elif kind == b"Kd" and own in paints:
             words = rest.split()
             if words[:1] in ([b"spectral"], [b"xyz"]):
                 raise lb.SceneError(f"a colour in the form Kd {words[0].decode()}: save it as red, green and blue")
@@ -232,13 +232,13 @@ def _materials(file: MeshFile, library: bytes) -> dict[bytes, Paint]:
             if levels.shape != (3,) or not np.isfinite(levels).all():
                 raise lb.SceneError("a colour Kd that is not three numbers")
             red, green, blue = map(float, linear(np.clip(levels, 0.0, 1.0)))
-            found[own] = found[own]._replace(look=found[own].look._replace(colour=(red, green, blue)))
-        elif kind == b"map_Kd" and own in found:
-            found[own] = _pictured(file, found[own], rest.decode("utf-8", "replace"))
+            paints[own] = paints[own]._replace(look=paints[own].look._replace(colour=(red, green, blue)))
+        elif kind == b"map_Kd" and own in paints:
+            paints[own] = _pictured(file, paints[own], rest.decode("utf-8", "replace"))
     # A picture is multiplied by its colour, which many programs write as black or leave out
     return {key: paint._replace(look=paint.look._replace(colour=WHITE))
             if paint.look.picture is not None and paint.look.colour in (GREY, (0.0, 0.0, 0.0)) else paint
-            for key, paint in found.items()}
+            for key, paint in paints.items()}
 
 
 def _pictured(file: MeshFile, paint: Paint, rest: str) -> Paint:
@@ -258,7 +258,7 @@ def _pictured(file: MeshFile, paint: Paint, rest: str) -> Paint:
             values[option] = (u, v)
     # The name may hold several spaces one after another
     name = rest[rest.index(words[0]):].strip().replace("\\", "/") if words else ""
-    file.pictures[name] = file.beside(name)
+    file.pictures[name] = file.bytes_of(name)
     return Paint(paint.look._replace(picture=name), values["-s"], values["-o"])
 
 

@@ -72,15 +72,15 @@ def endless(levels: np.ndarray, hole: np.ndarray, alone: bool) -> np.ndarray:
     if levels.dtype.itemsize < 2:
         return np.zeros(levels.shape, bool)
     real = levels.dtype.kind == "f"
-    found = ~hole & ((levels >= ENDLESS) | (levels == HALF_END)) if real else np.zeros(levels.shape, bool)
-    below = ~(hole | found)
+    is_endless = ~hole & ((levels >= ENDLESS) | (levels == HALF_END)) if real else np.zeros(levels.shape, bool)
+    below = ~(hole | is_endless)
     if alone and below.any():
         least, most = (f(where=below, initial=levels[below][0]) for f in (levels.min, levels.max))
         top = below & (levels == most)
         second = levels.max(where=below & ~top, initial=least)
         if least < second < ALONE * most:
-            found |= top
-    return found
+            is_endless |= top
+    return is_endless
 
 
 def filled(away: np.ndarray, hole: np.ndarray) -> np.ndarray:
@@ -90,8 +90,8 @@ def filled(away: np.ndarray, hole: np.ndarray) -> np.ndarray:
         nearest = np.full(away.shape, np.inf)
         values = away.copy()
         for flip, turn in ((1, False), (-1, False), (1, True), (-1, True)):
-            there, has, to, best = (each.T[:, ::flip] if turn else each[:, ::flip]
-                                    for each in (away, known, values, nearest))
+            there, has, to, best = (array.T[:, ::flip] if turn else array[:, ::flip]
+                                    for array in (away, known, values, nearest))
             column = np.arange(there.shape[1])
             last = np.maximum.accumulate(np.where(has, column, -1), 1)
             closer = (last >= 0) & (column - last < best)
@@ -145,28 +145,28 @@ def read_heic_photograph(path: Path, name: str) -> PhonePhotograph:
     except ImportError as error:
         raise lb.SceneError(f"{what} is a HEIC file, which needs pillow-heif: pip install lensbench[heic]") from error
     try:
-        found = pillow_heif.open_heif(path)
-        maps = found.info.get("depth_images")
+        file = pillow_heif.open_heif(path)
+        maps = file.info.get("depth_images")
         if not maps:
             raise lb.SceneError(f"{what} carries no depth map: take it as a portrait, or name a map as depth")
-        if max(math.prod(found.size), math.prod(maps[0].size)) > MOST_PIXELS or min(*found.size, *maps[0].size) < 2:
-            raise lb.SceneError(f"{what} has {found.size[0]} × {found.size[1]} pixels")
-        picture, coded = found.to_pillow(), maps[0].to_pillow()
+        if max(math.prod(file.size), math.prod(maps[0].size)) > MOST_PIXELS or min(*file.size, *maps[0].size) < 2:
+            raise lb.SceneError(f"{what} has {file.size[0]} × {file.size[1]} pixels")
+        picture, coded = file.to_pillow(), maps[0].to_pillow()
     except (OSError, ValueError, EOFError, RuntimeError, SyntaxError, MemoryError) as error:
         if isinstance(error, lb.SceneError):
             raise
         raise lb.SceneError(f"{what}: its picture or its depth map cannot be read") from error
     levels: Any = reduced(within(what, grey_levels, coded))
-    part = levels / (65535.0 if levels.dtype == np.uint16 else 255.0)
-    if abs(picture.width * part.shape[0] / (picture.height * part.shape[1]) - 1.0) > SAME_SHAPE:
-        raise lb.SceneError(f"{what}: its depth map, {part.shape[1]} × {part.shape[0]}, has another shape than its "
+    shares = levels / (65535.0 if levels.dtype == np.uint16 else 255.0)
+    if abs(picture.width * shares.shape[0] / (picture.height * shares.shape[1]) - 1.0) > SAME_SHAPE:
+        raise lb.SceneError(f"{what}: its depth map, {shares.shape[1]} × {shares.shape[0]}, has another shape than its "
                             f"picture, {picture.width} × {picture.height}")
-    away = _heic_depth_distances(maps[0].info.get("metadata") or {}, part, what)
+    away = _heic_depth_distances(maps[0].info.get("metadata") or {}, shares, what)
     fov = stated_fov(picture.getexif(), picture.size, picture.width)
     return PhonePhotograph(image_of(picture), away, False, fov)
 
 
-def _heic_depth_distances(meaning: dict[str, Any], part: np.ndarray, what: str) -> np.ndarray:
+def _heic_depth_distances(meaning: dict[str, Any], shares: np.ndarray, what: str) -> np.ndarray:
     """Distances (mm) of a map whose values lie in [0, 1], 1 the nearest."""
     kind = meaning.get("representation_type")
     if kind == DISPARITY and "d_min" in meaning and "d_max" in meaning:
@@ -178,7 +178,7 @@ def _heic_depth_distances(meaning: dict[str, Any], part: np.ndarray, what: str) 
                             "with near and far")
     if not (math.isfinite(low) and math.isfinite(high) and high > max(low, 1000.0 / FARTHEST)):
         raise lb.SceneError(f"{what}: its depth map goes from {significant(low, 3)} to {significant(high, 3)} /m")
-    return 1000.0 / np.maximum(low + part * (high - low), 1000.0 / FARTHEST)
+    return 1000.0 / np.maximum(low + shares * (high - low), 1000.0 / FARTHEST)
 
 
 MOST_PHONE_BYTES = 64 << 20           # of a photograph: its texts are held several times
@@ -197,54 +197,54 @@ def read_phone_photograph(name: str, folder: Path) -> PhonePhotograph:
     if is_heic(data[:12]):
         return read_heic_photograph(path, name)
     try:
-        found = _attributes(data)
-        if not found.get("GDepth:Data"):
+        properties = _attributes(data)
+        if not properties.get("GDepth:Data"):
             raise lb.SceneError(f"it carries no depth map; {UNREADABLE}")
         exif = read_picture_file(data, upright=False).getexif()
-        sharp = found.pop("GImage:Data", "")            # where there is one
+        sharp = properties.pop("GImage:Data", "")            # where there is one
         picture = read_picture_file(_decoded(sharp) if sharp else data, upright=False)
         image, size = image_of(picture), picture.size
-        coded = reduced(grey_levels(read_picture_file(_decoded(found.pop("GDepth:Data")), upright=False)))
+        coded = reduced(grey_levels(read_picture_file(_decoded(properties.pop("GDepth:Data")), upright=False)))
     except (PictureFileError, expat.ExpatError, binascii.Error, lb.SceneError) as error:
         raise lb.SceneError(f"photograph {excerpt(name)}: {error}") from error
-    part = coded / (65535.0 if coded.dtype.itemsize > 1 else 255.0)
-    away = _phone_depth_distances(found, part, name)
+    shares = coded / (65535.0 if coded.dtype.itemsize > 1 else 255.0)
+    away = _phone_depth_distances(properties, shares, name)
     turn = exif.get(ORIENTATION, 1)
     fov = stated_fov(exif, size, size[1] if turn in (5, 6, 7, 8) else size[0])
     upright = lb.Image.of(_turned(image.values, turn))
-    return PhonePhotograph(upright, _turned(away, turn), found.get("GDepth:MeasureType") == "OpticRay", fov)
+    return PhonePhotograph(upright, _turned(away, turn), properties.get("GDepth:MeasureType") == "OpticRay", fov)
 
 
 def _attributes(data: bytes) -> dict[str, str]:
     """The attributes of GDepth and GImage in the XMP segments of a JPEG file; ExpatError for damaged ones."""
-    plain, pieces, at = b"", list[tuple[int, bytes]](), 2
-    while at + 4 <= len(data) and data[at] == 0xFF and data[at + 1] not in (0xDA, 0xD9):
-        length = int.from_bytes(data[at + 2:at + 4], "big")
-        body = data[at + 4:at + 2 + length]
-        if data[at + 1] == 0xE1 and body.startswith(XMP):
+    plain, pieces, position = b"", list[tuple[int, bytes]](), 2
+    while position + 4 <= len(data) and data[position] == 0xFF and data[position + 1] not in (0xDA, 0xD9):
+        length = int.from_bytes(data[position + 2:position + 4], "big")
+        body = data[position + 4:position + 2 + length]
+        if data[position + 1] == 0xE1 and body.startswith(XMP):
             plain = plain or body[len(XMP):]
-        elif data[at + 1] == 0xE1 and body.startswith(EXTENDED) and len(body) > len(EXTENDED) + 40:
+        elif data[position + 1] == 0xE1 and body.startswith(EXTENDED) and len(body) > len(EXTENDED) + 40:
             head = len(EXTENDED) + 32                       # behind the digest that names the packet
             pieces.append((int.from_bytes(body[head + 4:head + 8], "big"), body[head + 8:]))
-        at += 2 + max(length, 2)
+        position += 2 + max(length, 2)
     extended = b"".join(piece for _, piece in sorted(pieces, key=lambda piece: piece[0]))
     return _properties(plain) | _properties(extended)
 
 
 def _properties(packet: bytes) -> dict[str, str]:
     """The texts of the properties of GDepth and GImage in a packet of XMP, by name; ExpatError where it is damaged."""
-    found: dict[str, list[str]] = {}
+    properties: dict[str, list[str]] = {}
     inside: list[str] = []                              # elements from the root to the current one
 
     def start(name: str, attributes: dict[str, str]) -> None:
         inside.append(name)
-        found.update({key: [value] for key, value in attributes.items() if key.startswith(SPACES)})
+        properties.update({key: [value] for key, value in attributes.items() if key.startswith(SPACES)})
         if name.startswith(SPACES):
-            found[name] = []
+            properties[name] = []
 
     def add(text: str) -> None:
         if inside and inside[-1].startswith(SPACES):
-            found[inside[-1]].append(text)
+            properties[inside[-1]].append(text)
 
     def refuse(*_: Any) -> None:
         raise lb.SceneError("its XMP declares types of its own: it is not read")
@@ -255,7 +255,7 @@ def _properties(packet: bytes) -> dict[str, str]:
     parser.CharacterDataHandler, parser.StartDoctypeDeclHandler = add, refuse
     if packet.strip(b" \0\t\r\n"):
         parser.Parse(packet.rstrip(b"\0"), True)
-    return {name: "".join(texts).strip() for name, texts in found.items()}
+    return {name: "".join(texts).strip() for name, texts in properties.items()}
 
 
 def _decoded(text: str) -> bytes:
@@ -263,20 +263,20 @@ def _decoded(text: str) -> bytes:
     return base64.b64decode("".join(text.split()), validate=True)
 
 
-def _phone_depth_distances(found: dict[str, str], part: np.ndarray, name: str) -> np.ndarray:
+def _phone_depth_distances(properties: dict[str, str], shares: np.ndarray, name: str) -> np.ndarray:
     """Distances (mm) of a map whose values lie in [0, 1], 0 the nearest."""
-    form, unit = found.get("GDepth:Format", ""), found.get("GDepth:Units", "m")
+    form, unit = properties.get("GDepth:Format", ""), properties.get("GDepth:Units", "m")
     try:
-        near, far = (float(found[f"GDepth:{which}"]) * {"m": 1000.0, "mm": 1.0}[unit] for which in ("Near", "Far"))
+        near, far = (float(properties[f"GDepth:{which}"]) * {"m": 1000.0, "mm": 1.0}[unit] for which in ("Near", "Far"))
     except (KeyError, ValueError) as error:
         raise lb.SceneError(f"photograph {excerpt(name)}: its depth map has no Near and Far in m or mm") from error
     if not 0.0 < near < far < math.inf:
         raise lb.SceneError(f"photograph {excerpt(name)}: its depth map goes from {significant(near)} mm to "
                             f"{significant(far)} mm")
     if form == "RangeInverse":
-        return far * near / (far - part * (far - near))
+        return far * near / (far - shares * (far - near))
     if form == "RangeLinear":
-        return near + part * (far - near)
+        return near + shares * (far - near)
     raise lb.SceneError(f"photograph {excerpt(name)}: its depth map has the format {excerpt(form)}, "
                         "neither RangeInverse nor RangeLinear")
 
@@ -330,7 +330,7 @@ def _depth_map_distances(levels: np.ndarray, meaning: str, ends: tuple[float, fl
     if not known.any():
         raise lb.SceneError("none of its pixels holds a distance")
     low, high = (float(f(where=known, initial=levels[known][0])) for f in (levels.min, levels.max))
-    shares = [100.0 * float(part.mean()) for part in (hole, beyond)]
+    shares = [100.0 * float(heights.mean()) for heights in (hole, beyond)]
     levels, hole, beyond = reduced(levels), reduced(hole), reduced(beyond)
     if ends is None and high * 1000.0 > MOST_AWAY:
         raise lb.SceneError(f"it reaches {significant(high / 1000.0)} km as metres, more than "
@@ -341,8 +341,8 @@ def _depth_map_distances(levels: np.ndarray, meaning: str, ends: tuple[float, fl
         raise lb.SceneError("it has one value only")
     else:
         near, far = ends
-        part = np.clip((levels.astype(np.float64) - low) / (high - low), 0.0, 1.0)
-        away = 1.0 / (1.0 / far + part * (1.0 / near - 1.0 / far)) if disparity else near + part * (far - near)
+        heights = np.clip((levels.astype(np.float64) - low) / (high - low), 0.0, 1.0)
+        away = 1.0 / (1.0 / far + heights * (1.0 / near - 1.0 / far)) if disparity else near + heights * (far - near)
     if shares[0]:
         say(f"{significant(shares[0], 2)} % of the pixels hold no distance (0, negative or NaN) and take the one of a "
             "neighbour; if 0 is a distance, write holes = false")
@@ -354,18 +354,18 @@ def _depth_map_distances(levels: np.ndarray, meaning: str, ends: tuple[float, fl
 
 def own_depth_scene(image: str, folder: Path, fov: float | None, fill: str) -> lb.Scene:
     """The scene of a phone's photograph with its own map; fov: radians across, None: as it states. SceneError."""
-    found = read_phone_photograph(image, folder)
-    fov = fov or found.fov
+    photograph = read_phone_photograph(image, folder)
+    fov = fov or photograph.fov
     if fov is None:
         raise lb.SceneError(f"photograph {excerpt(image)} does not state its focal length on 35 mm film: give fov, the "
                             "angle across it")
-    away = found.away
-    if found.radial and 0.0 < fov < math.pi:            # along the ray, not along the axis
+    away = photograph.away
+    if photograph.radial and 0.0 < fov < math.pi:            # along the ray, not along the axis
         rows, columns = away.shape
         half = math.tan(fov / 2.0)
         x, y = ((2.0 * np.arange(n) + 1.0) / n - 1.0 for n in (columns, rows))
         away = away / np.sqrt(1.0 + (half * x) ** 2 + ((half * rows / columns) * y[:, None]) ** 2)
-    return photograph_scene(found.picture.values, away, fov, fill=fill, name=Path(image).stem)
+    return photograph_scene(photograph.picture.values, away, fov, fill=fill, name=Path(image).stem)
 
 
 def _levels(name: str, folder: Path) -> np.ndarray:

@@ -8,7 +8,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.scenes.mesh_parts import (
-    GREY, WHITE, Look, LookError, MeshFile, Part, coded, compact, cut_to_triangles, of_looks
+    GREY, WHITE, Look, LookError, MeshFile, Piece, coded, compact, cut_to_triangles, of_looks
 )
 from lensbench.core.text import excerpt
 
@@ -39,7 +39,7 @@ class Column(NamedTuple):
 Element = dict[str, Column]
 
 
-def read_ply(file: MeshFile) -> Iterator[Part]:
+def read_ply(file: MeshFile) -> Iterator[Piece]:
     """The parts of a PLY file, one for each picture. ValueError, LookupError or SceneError for a damaged one."""
     data = file.path.read_bytes()
     form, elements, pictures, start = _header(data)
@@ -68,12 +68,12 @@ def read_ply(file: MeshFile) -> Iterator[Part]:
     if len(corners) and not 0 <= corners.min() <= corners.max() < len(points):
         raise lb.SceneError(f"a face has a corner that does not exist ({len(points)} vertices)")
     triangles, owner = cut_to_triangles(points, corners, lengths)
-    uv = next((found for names in PLACES if (found := _stacked(vertex, names)) is not None), None)
-    colours = next((found for names in COLOURS if (found := _stacked(vertex, names)) is not None), None)
+    uv = next((columns for names in PLACES if (columns := _stacked(vertex, names)) is not None), None)
+    colours = next((columns for names in COLOURS if (columns := _stacked(vertex, names)) is not None), None)
     normals = _stacked(vertex, ("nx", "ny", "nz"))
     faces, taken = corners[triangles], np.arange(len(points))
     wedges, number = face.get("texcoord"), np.zeros(len(faces), np.int64)
-    of_faces = next((found for names in COLOURS if (found := _stacked(face, names)) is not None), None)
+    of_faces = next((columns for names in COLOURS if (columns := _stacked(face, names)) is not None), None)
     if of_faces is not None or (wedges is not None and pictures):
         # What belongs to a face or its corners: each triangle takes vertices of its own
         taken, faces = faces.reshape(-1), np.arange(faces.size).reshape(-1, 3)
@@ -91,16 +91,16 @@ def read_ply(file: MeshFile) -> Iterator[Part]:
     points = points[taken].astype(float)
     normals = None if normals is None else normals[taken]
     if file.plain or not pictures or uv is None:
-        yield Part(points, faces, Look(GREY if colours is None else WHITE), normals, None,
+        yield Piece(points, faces, Look(GREY if colours is None else WHITE), normals, None,
                    None if colours is None else coded(colours))
         return
     for k in np.unique(number):
         if not 0 <= k < len(pictures):
             raise LookError(f"a face has the picture {k}, of {len(pictures)}")
         with of_looks():
-            file.pictures[pictures[k]] = file.beside(pictures[k])
+            file.pictures[pictures[k]] = file.bytes_of(pictures[k])
         rows, own = compact(faces[number == k])
-        yield Part(points[rows], own, Look(WHITE, pictures[k]), None if normals is None else normals[rows],
+        yield Piece(points[rows], own, Look(WHITE, pictures[k]), None if normals is None else normals[rows],
                    uv[rows].astype(float))
 
 
@@ -155,16 +155,16 @@ def _element(data: bytes, start: int, count: int, properties: list[Property], fo
         return {p.name: Column(np.empty(0, p.kind), np.empty(0, np.int64)) for p in properties}, start
     # Rows that all are as the first one are read at once
     fields: list[tuple] = []
-    at = start
+    position = start
     for k, p in enumerate(properties):
         size = 1
         if p.lengths is not None:
-            size = int(np.frombuffer(data, of(p.lengths), 1, at)[0])
+            size = int(np.frombuffer(data, of(p.lengths), 1, position)[0])
             fields.append((f"n{k}", of(p.lengths)))
-            at += of(p.lengths).itemsize
+            position += of(p.lengths).itemsize
         fields.append((str(k), of(p.kind), (size,)))
-        at += size * of(p.kind).itemsize
-        if size < 0 or at > len(data):
+        position += size * of(p.kind).itemsize
+        if size < 0 or position > len(data):
             raise ValueError("cut short")
     row = np.dtype(fields)
     if count * row.itemsize <= len(data) - start:
@@ -208,9 +208,9 @@ def _stacked(element: Element, names: tuple[str, ...]) -> np.ndarray | None:
 
 def _strips(corners: np.ndarray) -> np.ndarray:
     """Triangles (m, 3) of strips that end in −1."""
-    found = [np.empty((0, 3), np.int64)]
+    triangles = [np.empty((0, 3), np.int64)]
     for strip in np.split(corners, np.flatnonzero(corners < 0) + 1):
         strip = strip[strip >= 0]
         k = np.arange(len(strip) - 2) if len(strip) > 2 else np.empty(0, np.int64)
-        found.append(np.stack([strip[k], strip[k + 1 + k % 2], strip[k + 2 - k % 2]], 1))
-    return np.concatenate(found)
+        triangles.append(np.stack([strip[k], strip[k + 1 + k % 2], strip[k + 2 - k % 2]], 1))
+    return np.concatenate(triangles)

@@ -97,8 +97,8 @@ def _textures(path: str, stamp: Stamp) -> tuple[Path, ...]:
 def _texture_names(value: Any) -> Iterator[str]:
     if isinstance(value, dict):
         yield from (value[key] for key in ("texture", "image", "file", "depth") if isinstance(value.get(key), str))
-    for part in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
-        yield from _texture_names(part)
+    for item in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
+        yield from _texture_names(item)
 
 
 def load_scene(path: str | Path) -> lb.Scene:
@@ -205,14 +205,14 @@ def _floor(t: Table, textures: Textures, say: Say) -> lb.Floor:
     def picture(value: Any, name: str) -> lb.Image:
         return textures.read(text(value, name))
 
-    found = fields_of(t, "floor", {
+    values = fields_of(t, "floor", {
         "texture": picture, "height": length, "tile": length, "light": colour, "dark": colour,
         "gloss": number, "normal": vector, "turn": angle, "offset": partial(numbers, count=2)})
-    if "texture" in found:
-        if unused := [key for key in ("light", "dark") if key in found]:
+    if "texture" in values:
+        if unused := [key for key in ("light", "dark") if key in values]:
             raise lb.SceneError(f"{unused[0]}: a floor has a texture or two colours, not both")
-        found["image"] = found.pop("texture")
-    return lb.Floor(**found)
+        values["image"] = values.pop("texture")
+    return lb.Floor(**values)
 
 
 # Objects. `common` has the readers of material and motion
@@ -226,15 +226,15 @@ def _rectangle(t: Table, common: dict[str, Reader]) -> lb.Rectangle:
         return lb.Rectangle(**fields_of(t, "a rectangle", {"centre": point, "right": point, "up": point, **common},
                                          ("centre", "right", "up")))
     sides = ("centre", "target", "width", "height")
-    found = fields_of(t, "a rectangle with a target", {
+    values = fields_of(t, "a rectangle with a target", {
         "centre": point, "target": point, "width": length, "height": length, **common}, sides)
-    centre, target, width, height = (found.pop(name) for name in sides)
+    centre, target, width, height = (values.pop(name) for name in sides)
     if not (width > 0.0 and height > 0.0):
         raise lb.SceneError("width and height must be positive")
     if centre == target:
         raise lb.SceneError("the target lies in the centre of the rectangle")
-    facing = lb.Rectangle.facing(centre, target, width, height, found.pop("material", lb.Material()))
-    return replace(facing, **found)
+    facing = lb.Rectangle.facing(centre, target, width, height, values.pop("material", lb.Material()))
+    return replace(facing, **values)
 
 
 def _disk(t: Table, common: dict[str, Reader]) -> lb.Disk:
@@ -243,22 +243,22 @@ def _disk(t: Table, common: dict[str, Reader]) -> lb.Disk:
 
 
 def _mesh(t: Table, material: Reader, folder: Path) -> list[lb.Mesh]:
-    found = fields_of(t, "a mesh", {"file": text, "position": point, "rotation": partial(numbers, read=angle),
+    values = fields_of(t, "a mesh", {"file": text, "position": point, "rotation": partial(numbers, read=angle),
                                       "scale": number, "unit": unit, "size": length, "smooth": truth,
                                       "material": material}, ("file",))
-    if "size" in found and ("scale" in found or "unit" in found):
+    if "size" in values and ("scale" in values or "unit" in values):
         raise lb.SceneError("a mesh has a size, or a unit and a scale, not both")
     for name in ("size", "scale"):
-        if name in found and not found[name] > 0.0:
+        if name in values and not values[name] > 0.0:
             raise lb.SceneError(f"{name} must be positive")
     scale = None
-    if "unit" in found:
-        scale = found["unit"] * found.get("scale", 1.0)
-    elif "scale" in found:
-        scale = found["scale"] * MM.get(Path(found["file"]).suffix[1:].lower(), 1.0)
-    pose = Pose(rotation(*found.get("rotation", (0.0, 0.0, 0.0))), scale, found.get("size"),
-                found.get("position", (0.0, 0.0, 0.0)))
-    return read_mesh(found["file"], folder, pose, found.get("material"), found.get("smooth", False))
+    if "unit" in values:
+        scale = values["unit"] * values.get("scale", 1.0)
+    elif "scale" in values:
+        scale = values["scale"] * MM.get(Path(values["file"]).suffix[1:].lower(), 1.0)
+    pose = Pose(rotation(*values.get("rotation", (0.0, 0.0, 0.0))), scale, values.get("size"),
+                values.get("position", (0.0, 0.0, 0.0)))
+    return read_mesh(values["file"], folder, pose, values.get("material"), values.get("smooth", False))
 
 
 def _photograph(table: Table, folder: Path, say: Say) -> lb.Scene:
@@ -266,21 +266,21 @@ def _photograph(table: Table, folder: Path, say: Say) -> lb.Scene:
     others = sorted(set(table) - {"photograph", "name", "depth_range"})
     if others:
         raise lb.SceneError(f"a scene of a photograph has no {excerpt(others[0])}")
-    found: Table = {"fill": "plain"}
-    found |= fields_of(as_table(table["photograph"], "photograph"), "a photograph", {
+    entry: Table = {"fill": "plain"}
+    entry |= fields_of(as_table(table["photograph"], "photograph"), "a photograph", {
         "image": text, "depth": text, "fov": angle, "depth_is": text, "near": length, "far": length,
         "fill": text, "holes": truth}, ("image",))
-    if "depth" not in found:
-        beside = [name for name in ("depth_is", "near", "far", "holes") if name in found]
-        if beside:
-            raise lb.SceneError(f"{beside[0]} belongs to a depth map of its own: name it as depth")
-        scene = own_depth_scene(found["image"], folder, found.get("fov"), found["fill"])
-    elif "fov" not in found:
+    if "depth" not in entry:
+        unused = [name for name in ("depth_is", "near", "far", "holes") if name in entry]
+        if unused:
+            raise lb.SceneError(f"{unused[0]} belongs to a depth map of its own: name it as depth")
+        scene = own_depth_scene(entry["image"], folder, entry.get("fov"), entry["fill"])
+    elif "fov" not in entry:
         raise lb.SceneError("a photograph with a depth map of its own needs fov, the angle across it")
     else:
-        scene = read_photograph(found["image"], found["depth"], folder, found["fov"],
-                                found.get("depth_is", "distance"), found.get("near"), found.get("far"), found["fill"],
-                                found.get("holes", True), say)
+        scene = read_photograph(entry["image"], entry["depth"], folder, entry["fov"],
+                                entry.get("depth_is", "distance"), entry.get("near"), entry.get("far"), entry["fill"],
+                                entry.get("holes", True), say)
     return replace(scene, **given(table, {"name": text, "depth_range": _depth_range}))
 
 
@@ -296,18 +296,18 @@ def _material(value: Any, textures: Textures) -> lb.Material:
     def texture(value: Any, name: str) -> lb.Pattern:
         return lb.Pattern("image", image=textures.read(text(value, name)))
 
-    found = fields_of(t, "a material", {"kind": text, "texture": texture, "colour": shade, "gloss": number,
+    values = fields_of(t, "a material", {"kind": text, "texture": texture, "colour": shade, "gloss": number,
                                         "pattern": partial(_pattern, shade=shade)})
-    if "texture" not in found:
-        return lb.Material(**found)
-    if "pattern" in found:
+    if "texture" not in values:
+        return lb.Material(**values)
+    if "pattern" in values:
         raise lb.SceneError("a material has a pattern or a texture, not both")
-    return lb.Material(**{"pattern": found.pop("texture"), "colour": (1.0, 1.0, 1.0), **found})
+    return lb.Material(**{"pattern": values.pop("texture"), "colour": (1.0, 1.0, 1.0), **values})
 
 
 def _pattern(value: Any, name: str, shade: Reader) -> lb.Pattern:
-    found = fields_of(as_table(value, name), "a pattern", {
+    values = fields_of(as_table(value, name), "a pattern", {
         "kind": text, "colour": shade, "columns": number, "rows": number, "line": length}, ("kind",))
-    if found["kind"] == "image":
+    if values["kind"] == "image":
         raise lb.SceneError('an image is given as texture = "file.png"')
-    return lb.Pattern(**found)
+    return lb.Pattern(**values)

@@ -64,38 +64,38 @@ def read_hdr(path: Path, most_texels: int) -> np.ndarray:
 def _decode(data, pixels):
     """Fill pixels (h, w, 4); False if the data break off or contradict themselves."""
     height, width = pixels.shape[0], pixels.shape[1]
-    at: Any = 0
+    position: Any = 0
     for y in range(height):
-        if at + 4 > data.size:
+        if position + 4 > data.size:
             return False
-        coded = data[at] == 2 and data[at + 1] == 2 and data[at + 2] < 128 and 8 <= width < 32768
+        coded = data[position] == 2 and data[position + 1] == 2 and data[position + 2] < 128 and 8 <= width < 32768
         if not coded:
-            if at + 4 * width > data.size:
+            if position + 4 * width > data.size:
                 return False
             for x in range(width):
                 for c in range(4):
-                    pixels[y, x, c] = data[at + 4 * x + c]
+                    pixels[y, x, c] = data[position + 4 * x + c]
                 if pixels[y, x, 0] == 1 and pixels[y, x, 1] == 1 and pixels[y, x, 2] == 1:
                     return False                        # a run of the oldest form of the format
-            at += 4 * width
+            position += 4 * width
             continue
-        if (np.int64(data[at + 2]) << 8) + data[at + 3] != width:
+        if (np.int64(data[position + 2]) << 8) + data[position + 3] != width:
             return False
-        at += 4
+        position += 4
         for c in range(4):
-            place: Any = 0
-            while place < width:
-                if at >= data.size:
+            column: Any = 0
+            while column < width:
+                if position >= data.size:
                     return False
-                count: Any = np.int64(data[at])
+                count: Any = np.int64(data[position])
                 run = count > 128
                 count = count - 128 if run else count
                 need: Any = 2 if run else 1 + count
-                if count == 0 or place + count > width or at + need > data.size:
+                if count == 0 or column + count > width or position + need > data.size:
                     return False
                 for k in range(count):
-                    pixels[y, place + k, c] = data[at + 1] if run else data[at + 1 + k]
-                place, at = place + count, at + need
+                    pixels[y, column + k, c] = data[position + 1] if run else data[position + 1 + k]
+                column, position = column + count, position + need
     return True
 
 
@@ -116,29 +116,29 @@ def read_sky(name: str, folder: Path, say: Say) -> lb.Image:
             head = file.read(16)
         if head[:4] != EXR and not is_hdr(head):
             return _checked(Textures(folder).read(name), name)
-        parts = list(read_exr(path) if head[:4] == EXR else np.moveaxis(read_hdr(path, TEXTURE_TEXELS), -1, 0))
+        channels = list(read_exr(path) if head[:4] == EXR else np.moveaxis(read_hdr(path, TEXTURE_TEXELS), -1, 0))
     except HdrError as error:
         raise lb.SceneError(f"sky {excerpt(name)} cannot be read: {error}") from error
     except (OSError, MemoryError) as error:
         raise lb.SceneError(f"sky {excerpt(name)} cannot be read: {getattr(error, 'strerror', None) or error}"
                             ) from error
-    height, width = parts[0].shape
+    height, width = channels[0].shape
     if min(height, width) < 2:
         raise lb.SceneError(f"sky {excerpt(name)} is smaller than 2 × 2 pixels")
     if height * width > TEXTURE_TEXELS:
         raise lb.SceneError(f"sky {excerpt(name)} has {width} × {height} pixels: make it at most 8192 × 4096")
-    return _checked(lb.Image(width, height, _light(parts, name, say)), name)
+    return _checked(lb.Image(width, height, _light(channels, name, say)), name)
 
 
-def _light(parts: list[np.ndarray], name: str, say: Say) -> bytes:
+def _light(channels: list[np.ndarray], name: str, say: Say) -> bytes:
     """The radiance of three channels (h, w), interleaved, float32, none negative and all finite."""
-    most = max(float(part.max(where=np.isfinite(part), initial=0.0)) for part in parts)
+    most = max(float(channel.max(where=np.isfinite(channel), initial=0.0)) for channel in channels)
     if not most > 0.0:
         raise lb.SceneError(f"sky {excerpt(name)} has no pixel that is positive and finite")
     data, negative, endless = BytesIO(), 0, 0       # the bytes are given without a copy
-    rows, columns = parts[0].shape
+    rows, columns = channels[0].shape
     for first in range(0, rows, BAND):
-        band = np.stack([part[first:first + BAND] for part in parts], -1).astype(np.float32)
+        band = np.stack([channel[first:first + BAND] for channel in channels], -1).astype(np.float32)
         negative += int((np.isfinite(band) & (band < 0.0)).any(-1).sum())
         endless += int((~np.isfinite(band)).any(-1).sum())
         data.write(np.clip(np.nan_to_num(band, nan=0.0, posinf=most, neginf=0.0), 0.0, most).data)
@@ -164,26 +164,26 @@ def read_exr(path: Path, channels: tuple[tuple[str, ...], ...] = CHANNELS) -> tu
     try:
         with OpenEXR.File(str(path), header_only=True) as file:         # before its pixels take memory
             samples, most = 0, 0
-            for part in file.parts:
-                low, high = (np.asarray(corner, np.int64) for corner in part.header["dataWindow"])
+            for part_of_file in file.parts:
+                low, high = (np.asarray(corner, np.int64) for corner in part_of_file.header["dataWindow"])
                 most = max(most, int(np.prod(high - low + 1)))
-                samples += int(np.prod(high - low + 1)) * len(part.header["channels"])
+                samples += int(np.prod(high - low + 1)) * len(part_of_file.header["channels"])
         if most > MOST_PIXELS:
             raise HdrError(f"it has more than {MOST_PIXELS // 1_000_000} million pixels")
         if samples > MOST_SAMPLES:
             raise HdrError(f"its channels hold {samples // 1_000_000} million numbers: at most "
                            f"{MOST_SAMPLES // 1_000_000} million are read; make it smaller, or leave channels out")
         with OpenEXR.File(str(path), separate_channels=True) as file:
-            found = {key: np.asarray(channel.pixels) for key, channel in file.channels().items()}
+            pixels = {key: np.asarray(channel.pixels) for key, channel in file.channels().items()}
     except HdrError:
         raise
     except Exception as error:      # the library raises its own kinds and Python's
         raise HdrError("it is not a complete OpenEXR file") from error
     for names in channels:
-        if all(key in found for key in names):
-            parts = tuple(found[key] for key in names)
-            if len({part.shape for part in parts}) > 1 or parts[0].ndim != 2:
+        if all(key in pixels for key in names):
+            arrays = tuple(pixels[key] for key in names)
+            if len({part_of_file.shape for part_of_file in arrays}) > 1 or arrays[0].ndim != 2:
                 raise HdrError("its channels differ in size")
-            return parts
+            return arrays
     sets = [", ".join(dict.fromkeys(names)) for names in channels]
-    raise HdrError(f"it has the channels {excerpt(', '.join(found))}, and neither {' nor '.join(sets)}: rename them")
+    raise HdrError(f"it has the channels {excerpt(', '.join(pixels))}, and neither {' nor '.join(sets)}: rename them")

@@ -80,8 +80,8 @@ def image_of(picture: Any, most_texels: int = TEXTURE_TEXELS) -> lb.Image:
     for first in range(0, rows, BAND):
         last = min(first + BAND, rows)
         top, bottom = first * height / rows, last * height / rows
-        part = picture.crop((0, math.floor(top), width, math.ceil(bottom)))
-        light = curve[np.clip(np.atleast_3d(part if deep else part.convert("RGB")), 0, deepest)]
+        rows_of_picture = picture.crop((0, math.floor(top), width, math.ceil(bottom)))
+        light = curve[np.clip(np.atleast_3d(rows_of_picture if deep else rows_of_picture.convert("RGB")), 0, deepest)]
         if (columns, rows) != picture.size:
             box = (0.0, top - math.floor(top), float(width), bottom - math.floor(top))
             light = np.stack([np.asarray(Picture.fromarray(light[..., c]).resize(

@@ -51,29 +51,29 @@ def export_camera(camera: lb.Camera, to: str, path: str | Path) -> list[str]:
 
 def _left_out(camera: lb.Camera, to: str) -> list[str]:
     """What no camera of another program holds, or not this one's."""
-    film, found = camera.film, []
+    film, notes = camera.film, []
     pixel = film.width / film.pixels_x / (film.height / film.pixels_y)
     if not math.isclose(pixel, 1.0, rel_tol=1e-3):
-        found.append(f"{to} gets square pixels: these are {significant(pixel, 4)} times as wide as high, and "
+        notes.append(f"{to} gets square pixels: these are {significant(pixel, 4)} times as wide as high, and "
                      "the picture has another height")
     if not camera.film_pose.is_upright:
-        found.append(f"{to} has a flat, centred film: tilt, swing, rise, shift and curvature are left out")
+        notes.append(f"{to} has a flat, centred film: tilt, swing, rise, shift and curvature are left out")
     if camera.readout > 0.0:
-        found.append(f"{to} has no rolling shutter: all rows open at once")
+        notes.append(f"{to} has no rolling shutter: all rows open at once")
     if camera.shutter_ramp > 0.0:
-        found.append(f"{to} opens and closes its shutter at once: the ramps are left out")
+        notes.append(f"{to} opens and closes its shutter at once: the ramps are left out")
     if to == "blender" and (camera.shutter_open, camera.shutter_close) != (0.0, 1.0):
-        found.append("blender has its shutter in frames: the time of the exposure is left out")
+        notes.append("blender has its shutter in frames: the time of the exposure is left out")
     if camera.weights != "radiance" and not isinstance(camera, lb.OrthographicCamera) and not (
             to == "pbrt" and isinstance(camera, lb.LensCamera)):
-        found.append(f"{to} weighs all rays of this camera equally: its picture does not fall off towards the corners "
+        notes.append(f"{to} weighs all rays of this camera equally: its picture does not fall off towards the corners "
                      "(cos⁴)")
     as_lens = to == "pbrt" and isinstance(camera, lb.LensCamera)        # the lens file names what it leaves out
     if not as_lens and isinstance(camera, lb.LensCamera | lb.PerspectiveCamera) and not camera.gaussian.iris.is_round:
-        found.append(f"{to} gets a round aperture: the blades, or the picture in the stop, are left out")
+        notes.append(f"{to} gets a round aperture: the blades, or the picture in the stop, are left out")
     if camera.medium is not None and not (camera.medium.is_clear and camera.medium.index == 1.0):
-        found.append(f"{to} looks through clear air: the medium of the camera is left out")
-    return found
+        notes.append(f"{to} looks through clear air: the medium of the camera is left out")
+    return notes
 
 
 def _pose(camera: lb.Camera, axes: tuple[float, float, float], z: float = 0.0) -> np.ndarray:
@@ -112,12 +112,12 @@ def _pbrt(camera: lb.Camera, path: Path, remarks: list[str]) -> str:
     if isinstance(camera, lb.PerspectiveCamera | lb.OrthographicCamera):
         radius = camera.lens_radius * camera.gaussian.iris.equivalent_radius
     if isinstance(camera, lb.LensCamera):
-        place = path.with_suffix(".dat")
-        remarks += [str(finding) for finding in lenses.save(camera.lens, place)]
+        lens_path = path.with_suffix(".dat")
+        remarks += [str(finding) for finding in lenses.save(camera.lens, lens_path)]
         focus = _far(camera.focus_distance)
         note = (f"# film distance {significant(camera.film_distance)} mm behind the last vertex; pbrt finds it from "
                 "the focus distance\n")
-        kind = (f'Camera "realistic" "string lensfile" "{place.name}" "float focusdistance" {focus!r} '
+        kind = (f'Camera "realistic" "string lensfile" "{lens_path.name}" "float focusdistance" {focus!r} '
                 f'"float aperturediameter" {2.0 * camera.lens.equivalent_stop_radius!r} {shutter}')
     elif isinstance(camera, lb.PerspectiveCamera):
         fov = math.degrees(2.0 * math.atan(0.5 * min(film.width, film.height) / camera.film_distance))

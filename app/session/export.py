@@ -85,7 +85,7 @@ def save_bands(path: str | Path, shape: tuple[int, int], bands: Iterable[np.ndar
     if suffix in (".png", ".ppm") and not settings.sample_view:
         bands = _exposed(settings, shape, bands)
     note = _note(settings, choice) if described else ""
-    with replacing(path) as part, part.open("wb") as file:
+    with replacing(path) as temporary, temporary.open("wb") as file:
         if suffix == ".png":
             write_png(file, shape, bands, settings, bits, note)
         elif suffix == ".ppm":
@@ -101,13 +101,13 @@ def _exposed(settings: Settings, shape: tuple[int, int], bands: Iterable[np.ndar
     if settings.exposing == "plain" and not settings.noise:
         yield from bands
         return
-    found, top = None, 0
+    exposure, top = None, 0
     if settings.exposing == "automatic":
         image = _joined(shape, bands)
-        found, bands = applied_exposure(settings, image), parts(image)
+        exposure, bands = applied_exposure(settings, image), parts(image)
     for band in bands:
-        found = found or applied_exposure(settings, band)       # not metered: the same for every band
-        yield recorded(settings, found, band, top)
+        exposure = exposure or applied_exposure(settings, band)       # not metered: the same for every band
+        yield recorded(settings, exposure, band, top)
         top += len(band)
 
 
@@ -182,31 +182,31 @@ def replacing(path: Path, keep: bool = True) -> Iterator[Path]:
     process left when it was killed are removed from the folder first.
     """
     path = path.resolve()               # a link stays, its target is replaced
-    part = path.with_name(f".lensbench-{os.getpid()}-{secrets.token_hex(4)}.part")
+    temporary = path.with_name(f".lensbench-{os.getpid()}-{secrets.token_hex(4)}.part")
     if not path.parent.is_dir():
         raise ExportError(f"{path}: there is no folder {path.parent}")
     if path.is_dir():
         raise ExportError(f"{path}: this is a folder")
     _clear(path.parent)
     try:
-        yield part
+        yield temporary
         if keep:
-            with part.open("r+b") as file:
+            with temporary.open("r+b") as file:
                 os.fsync(file.fileno())
-            os.replace(part, path)
+            os.replace(temporary, path)
             _sync_folder(path.parent)
     except OSError as error:
         raise ExportError(f"{path}: {error.strerror}: nothing was written") from error
     finally:
-        part.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
 
 
 def _clear(folder: Path) -> None:
     """Remove the temporary files of processes that have ended, or that are a month old: their number may come again."""
-    for part in folder.glob(".lensbench-*.part"):
+    for path in folder.glob(".lensbench-*.part"):
         with suppress(OSError, ValueError):     # another process has removed it; a name of an earlier version
-            if time() - part.lstat().st_mtime > OLDEST or not runs(int(part.name.split("-")[1])):
-                part.unlink()
+            if time() - path.lstat().st_mtime > OLDEST or not runs(int(path.name.split("-")[1])):
+                path.unlink()
 
 
 def runs(process: int) -> bool:
@@ -224,8 +224,8 @@ def runs(process: int) -> bool:
 
 def check_writable(path: Path) -> None:
     """ExportError if a file cannot be written; for a check before long work."""
-    with replacing(path, keep=False) as part:
-        part.touch()
+    with replacing(path, keep=False) as temporary:
+        temporary.touch()
 
 
 def _sync_folder(folder: Path) -> None:
@@ -252,8 +252,8 @@ def parts(image: np.ndarray) -> Iterator[np.ndarray]:
 def _codes(bands: Iterable[np.ndarray], settings: Settings, deepest: int) -> Iterator[np.ndarray]:
     """The developed picture in bands of rows, as whole numbers from 0 to `deepest`."""
     kind = np.uint8 if deepest < 256 else np.uint16
-    for part in chain.from_iterable(map(parts, bands)):
-        yield np.rint(develop(part, settings) * deepest).astype(kind)
+    for lines in chain.from_iterable(map(parts, bands)):
+        yield np.rint(develop(lines, settings) * deepest).astype(kind)
 
 
 def _write_ppm(file: BinaryIO, shape: tuple[int, int], bands: Iterable[np.ndarray], settings: Settings, bits: int,

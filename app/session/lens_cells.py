@@ -98,16 +98,16 @@ def glass_text(glass: Glass) -> str:
 
 def pose_text(surface: Surface) -> str:
     """The place of a tilted or decentred surface: “0.3 0.5 mm  2° 0°”, its decentres, tilts and roll; "" if centred."""
-    pose, parts = surface.pose, []
+    pose, texts = surface.pose, []
     if pose is None:
         return ""
     if pose.decentre_x or pose.decentre_y:
-        parts.append(f"{significant(pose.decentre_x, 3)} {significant(pose.decentre_y, 3)} mm")
+        texts.append(f"{significant(pose.decentre_x, 3)} {significant(pose.decentre_y, 3)} mm")
     if pose.tilt_x or pose.tilt_y:
-        parts.append(f"{significant(degrees(pose.tilt_x), 3)}° {significant(degrees(pose.tilt_y), 3)}°")
+        texts.append(f"{significant(degrees(pose.tilt_x), 3)}° {significant(degrees(pose.tilt_y), 3)}°")
     if pose.roll:
-        parts.append(f"roll {significant(degrees(pose.roll), 3)}°")
-    return true_minus("  ".join(parts))
+        texts.append(f"roll {significant(degrees(pose.roll), 3)}°")
+    return true_minus("  ".join(texts))
 
 
 def asphere_text(surface: Surface) -> str:

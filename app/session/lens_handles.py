@@ -76,9 +76,9 @@ def handle_at(lens: lb.Lens, z: float, y: float, reach: float, selected: tuple[i
             continue
         if above and surface.curvature_x is not None:
             continue
-        at = vertices[i] + float(surface.sag(0.0, y))
-        if abs(z - at) <= _near(lens, i, reach) and abs(y) > 0.15 * surface.semi_diameter:
-            return Handle(HandleKind.CURVE, i, i, at, y, abs(y))
+        surface_z = vertices[i] + float(surface.sag(0.0, y))
+        if abs(z - surface_z) <= _near(lens, i, reach) and abs(y) > 0.15 * surface.semi_diameter:
+            return Handle(HandleKind.CURVE, i, i, surface_z, y, abs(y))
     for i, surface in enumerate(lens.surfaces[:-1]):
         middle = vertices[i] + 0.5 * surface.thickness
         if surface.glass.n_d == 1.0 and hypot(z - middle, y) <= min(reach, ROOM * abs(surface.thickness)):

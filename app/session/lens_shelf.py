@@ -27,11 +27,11 @@ def score(query: str, text: str) -> float | None:
     every dash.
     """
     total = 0.0
-    for part in _typed(query).split():
-        found = _part(part, _typed(text))
-        if found is None:
+    for word in _typed(query).split():
+        points = _part(word, _typed(text))
+        if points is None:
             return None
-        total += found
+        total += points
     return total - 0.02 * len(text)
 
 
@@ -42,34 +42,34 @@ def _typed(text: str) -> str:
     return bare.translate(KEYS)
 
 
-def _part(part: str, text: str) -> float | None:
+def _part(query_word: str, text: str) -> float | None:
     """The best score of one part, over all places where its first character begins."""
     best = None
-    at = text.find(part)                # as it is written: at the beginning of a word if there is such a place
-    while at >= 0:
-        points = RUN * len(part) + (WORD if _begins(text, at) else 0.0) + (FIRST if at == 0 else 0.0)
+    start = text.find(query_word)                # as it is written: at the beginning of a word if there is such a place
+    while start >= 0:
+        points = RUN * len(query_word) + (WORD if _begins(text, start) else 0.0) + (FIRST if start == 0 else 0.0)
         best = points if best is None else max(best, points)
-        at = text.find(part, at + 1)
+        start = text.find(query_word, start + 1)
     if best is not None:
         return best + VERBATIM
-    if len(part) > 2 and part in "".join(word[0] for word in re.findall(r"\w+", text)):
-        return RUN * len(part) + WORD + INITIALS
-    points, at, run = 0.0, -1, False
-    for character in part:
-        ahead = text.find(character, at + 1)
+    if len(query_word) > 2 and query_word in "".join(word[0] for word in re.findall(r"\w+", text)):
+        return RUN * len(query_word) + WORD + INITIALS
+    points, start, run = 0.0, -1, False
+    for character in query_word:
+        ahead = text.find(character, start + 1)
         if ahead < 0:
             return None
         word = next((i for i in range(ahead, len(text)) if text[i] == character and _begins(text, i)), None)
-        if not (run and ahead == at + 1) and word is not None:
+        if not (run and ahead == start + 1) and word is not None:
             ahead = word
-        run = 0 <= at == ahead - 1
-        points += (RUN if run else 0.0) + (WORD if _begins(text, ahead) else 0.0) - GAP * (ahead - at - 1)
-        at = ahead
+        run = 0 <= start == ahead - 1
+        points += (RUN if run else 0.0) + (WORD if _begins(text, ahead) else 0.0) - GAP * (ahead - start - 1)
+        start = ahead
     return points
 
 
-def _begins(text: str, at: int) -> bool:
-    return at == 0 or not text[at - 1].isalnum()
+def _begins(text: str, position: int) -> bool:
+    return position == 0 or not text[position - 1].isalnum()
 
 
 def ranked(query: str, texts: list[str], most: int) -> list[int]:
@@ -184,4 +184,4 @@ def makers(cards: Sequence[Card]) -> list[str]:
 
 def noted(names: Sequence[str], name: str, most: int) -> list[str]:
     """The names with one at the front, at most so many."""
-    return [name, *(each for each in names if each != name)][:most]
+    return [name, *(other for other in names if other != name)][:most]

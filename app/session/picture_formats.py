@@ -59,23 +59,23 @@ def exr_attribute(file: BinaryIO, name: str) -> str | None:
 
 def _attributes(data: bytes) -> tuple[dict[str, tuple[str, bytes]], int]:
     """Type and value of each attribute by name, and where the list ends."""
-    found: dict[str, tuple[str, bytes]] = {}
-    at = 8
-    while data[at:at + 1] != b"\0":
+    attributes: dict[str, tuple[str, bytes]] = {}
+    position = 8
+    while data[position:position + 1] != b"\0":
         texts = []
         for _ in range(2):
-            end = data.find(b"\0", at, at + 257)
+            end = data.find(b"\0", position, position + 257)
             if end < 0:
                 raise HeaderError("its list of attributes breaks off")
-            texts.append(data[at:end].decode("latin-1"))
-            at = end + 1
-        length = struct.unpack("<i", data[at:at + 4])[0] if at + 4 <= len(data) else -1
-        at += 4
-        if length < 0 or at + length >= len(data) or texts[0] in found or len(found) == MOST_ATTRIBUTES:
+            texts.append(data[position:end].decode("latin-1"))
+            position = end + 1
+        length = struct.unpack("<i", data[position:position + 4])[0] if position + 4 <= len(data) else -1
+        position += 4
+        if length < 0 or position + length >= len(data) or texts[0] in attributes or len(attributes) == MOST_ATTRIBUTES:
             raise HeaderError("its list of attributes breaks off")
-        found[texts[0]] = (texts[1], data[at:at + length])
-        at += length
-    return found, at + 1
+        attributes[texts[0]] = (texts[1], data[position:position + length])
+        position += length
+    return attributes, position + 1
 
 
 def _check_chunks(file: BinaryIO, attributes: dict[str, tuple[str, bytes]], start: int, size: int) -> None:
@@ -89,13 +89,13 @@ def _check_chunks(file: BinaryIO, attributes: dict[str, tuple[str, bytes]], star
     if x_max < x_min or not 1 <= rows <= MOST_ROWS or start + 8 * chunks > size:
         raise HeaderError("it is shorter than its window")
     file.seek(start)
-    places = np.frombuffer(file.read(8 * chunks), "<u8")
-    if places.min() < start + 8 * chunks or places.max() > size - 8:
+    positions = np.frombuffer(file.read(8 * chunks), "<u8")
+    if positions.min() < start + 8 * chunks or positions.max() > size - 8:
         raise HeaderError("rows are missing")
-    for place in (int(places.min()), int(places.max())):
-        file.seek(place)
+    for position in (int(positions.min()), int(positions.max())):
+        file.seek(position)
         y, length = struct.unpack("<ii", file.read(8))
-        if not y_min <= y <= y_max or length < 0 or place + 8 + length > size:
+        if not y_min <= y <= y_max or length < 0 or position + 8 + length > size:
             raise HeaderError("rows are missing")
 
 
@@ -108,16 +108,16 @@ LEVEL = 2                               # of zlib: higher ones gain half a perce
 def write_exr(file: BinaryIO, shape: tuple[int, int], bands: Iterable[np.ndarray], texts: Mapping[str, str]) -> None:
     """Write linear bands (lines, w, 3) of a picture (h, w), multiples of LINES from the top, and texts by name."""
     file.write(_header(shape, texts))
-    table, places, y = file.tell(), [], 0
+    table, positions, y = file.tell(), [], 0
     file.write(bytes(8 * -(-shape[0] // LINES)))
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        for part in (band[top:top + AT_ONCE] for band in bands for top in range(0, len(band), AT_ONCE)):
-            for data in pool.map(_packed, (part[first:first + LINES] for first in range(0, len(part), LINES))):
-                places.append(file.tell())
+        for block in (band[top:top + AT_ONCE] for band in bands for top in range(0, len(band), AT_ONCE)):
+            for data in pool.map(_packed, (block[first:first + LINES] for first in range(0, len(block), LINES))):
+                positions.append(file.tell())
                 file.write(struct.pack("<ii", y, len(data)) + data)
                 y += LINES
     file.seek(table)
-    file.write(np.array(places, "<u8").tobytes())
+    file.write(np.array(positions, "<u8").tobytes())
 
 
 def _header(shape: tuple[int, int], texts: Mapping[str, str]) -> bytes:

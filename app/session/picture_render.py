@@ -87,8 +87,8 @@ class Noise:
         if state.keys() != set(NOISE_STATE):
             raise ValueError("the estimate of the noise is incomplete")
         noise, samples, image = (state[name] for name in NOISE_STATE)
-        here = _looked(rendering)
-        if noise.shape or samples.shape or (image.shape, image.dtype) != (here.shape, here.dtype) or not (
+        current = _looked(rendering)
+        if noise.shape or samples.shape or (image.shape, image.dtype) != (current.shape, current.dtype) or not (
                 0 < int(samples) <= rendering.samples):
             raise ValueError("this is the noise of another picture")
         self._earlier = int(samples), image
@@ -107,19 +107,19 @@ class Noise:
 
     def _codes(self, image: np.ndarray) -> np.ndarray:
         codes = np.empty(image.shape, np.float32)
-        for lines, found in zip(parts(codes), parts(exposed(self._settings, image)), strict=True):
-            lines[:] = develop(found, self._settings)
+        for lines, light in zip(parts(codes), parts(exposed(self._settings, image)), strict=True):
+            lines[:] = develop(light, self._settings)
         return codes
 
 
 def _looked(rendering: lb.Rendering) -> np.ndarray:
     """The lines of a picture by which its noise is estimated."""
     h, w = rendering.shape
-    every, top, found = -(-h * w // LOOKED), 0, []
+    every, top, rows = -(-h * w // LOOKED), 0, []
     for band in rendering.bands():
-        found.append(band[-top % every::every].copy())
+        rows.append(band[-top % every::every].copy())
         top += len(band)
-    return np.concatenate(found)
+    return np.concatenate(rows)
 
 
 PASS_SECONDS = 0.2              # of rendering between two steps of the progress
@@ -194,8 +194,8 @@ class _Render:
             try:
                 while True:
                     while rendering.samples < settings.samples and not (meter and meter.is_enough):
-                        before, held = rendering.lines.start, len(rendering.lines)
-                        progress((before + held * rendering.samples / settings.samples) / h)
+                        before, n_lines = rendering.lines.start, len(rendering.lines)
+                        progress((before + n_lines * rendering.samples / settings.samples) / h)
                         started = perf_counter()
                         step = min(batch, settings.samples - rendering.samples)
                         if meter and rendering.samples < meter.next_look:
@@ -283,12 +283,12 @@ def _maker(settings: Settings, view: lb.Camera, choice: lb.Choice | None) -> np.
     """
     lens = (view.lens.surfaces, view.lens.stop_index, view.lens.positions) if isinstance(view, lb.LensCamera) else None
     image = view.lens.stop_image if isinstance(view, lb.LensCamera) else getattr(view, "stop_image", None)
-    found = zlib.crc32(repr((version("lensbench"), choice and (choice.model, choice.degree), lens, image)).encode())
+    checksum = zlib.crc32(repr((version("lensbench"), choice and (choice.model, choice.degree), lens, image)).encode())
     for path in scene_files(settings.scene):
         with suppress(OSError), open_regular(path) as file:        # the scene itself has been read, or is an error
-            while part := file.read(READ_BYTES):
-                found = zlib.crc32(part, found)
-    return np.int64(found)
+            while block := file.read(READ_BYTES):
+                checksum = zlib.crc32(block, checksum)
+    return np.int64(checksum)
 
 
 def _restore(rendering: lb.Rendering, kept: Path, settings: Settings, made_by: np.int64, meter: Noise | None) -> None:

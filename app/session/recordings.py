@@ -82,19 +82,19 @@ def save_arrays(path: str | Path, settings: Settings, **arrays) -> None:
     """Write arrays and numbers with the settings; ExportError if they cannot be written."""
     path = checked_suffix(path)
     text = np.array(json.dumps(settings.to_dict(), allow_nan=False))
-    with replacing(path) as part, zipfile.ZipFile(part, "w", zipfile.ZIP_STORED) as archive:
+    with replacing(path) as temporary, zipfile.ZipFile(temporary, "w", zipfile.ZIP_STORED) as archive:
         for name, values in {**arrays, SETTINGS: text}.items():
             _write(archive, name, values)
         _write(archive, CHECKSUM, np.array(_checksum(archive.infolist())))
 
 
-def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], set[str]],
+def load_arrays(path: Path, what: str, maker: str, names: Callable[[set[str]], set[str]],
                 fits: Callable[[Mapping[str, ArrayHeader], Settings], bool], light: bool = True,
                 into: Mapping[str, np.ndarray] = MappingProxyType({}),
                 ) -> tuple[dict[str, np.ndarray], Settings]:
     """The arrays of a file, by name, and its settings.
 
-    what: the kind of file, in words. maker: the command that records one. wanted: maps the names in the file to those
+    what: the kind of file, in words. maker: the command that records one. names: maps the names in the file to those
     that such a file holds; to none for another kind of file. fits: whether arrays of these headers are those of the
     settings. light: whether the numbers must be finite
     and not negative. into: arrays of zeros by name, which take the values of those of their kind and shape; on an error
@@ -107,7 +107,7 @@ def load_arrays(path: Path, what: str, maker: str, wanted: Callable[[set[str]], 
                 raise ExportError(f"{path}: this is no {what}, or one that was cut short")
             with zipfile.ZipFile(file) as archive:
                 members = _members(archive)
-                known = wanted(set(members)) if SETTINGS in members else set()
+                known = names(set(members)) if SETTINGS in members else set()
                 if not known:
                     raise ExportError(f"{path}: this is no {what}; lensbench {maker} records one")
                 if strange := sorted(set(members) - known - set(TEXTS)):
@@ -165,14 +165,14 @@ def _is_archive(file: BinaryIO) -> bool:
 
 def _members(archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
     """The npy members of an archive by name; DamagedError where one occurs twice, or is no npy."""
-    found: dict[str, zipfile.ZipInfo] = {}
+    members: dict[str, zipfile.ZipInfo] = {}
     for member in archive.infolist():
         name = member.filename.removesuffix(".npy")
-        if (name == member.filename or name in found or len(found) >= MOST_MEMBERS
+        if (name == member.filename or name in members or len(members) >= MOST_MEMBERS
                 or member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)):
             raise DamagedError(f"it holds {excerpt(member.filename)}")
-        found[name] = member
-    return found
+        members[name] = member
+    return members
 
 
 def _header(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> ArrayHeader:
@@ -202,30 +202,30 @@ def _text(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> str:
 
 
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo, header: ArrayHeader, light: bool,
-           place: np.ndarray | None = None) -> np.ndarray:
+           target: np.ndarray | None = None) -> np.ndarray:
     """The array of a member; DamagedError for other numbers than finite ones from 0 where they are of light.
 
-    place: an array of zeros to read it into, if it is one like that; memory where it stays 0 is not touched.
+    target: an array of zeros to read it into, if it is one like that; memory where it stays 0 is not touched.
     """
-    if place is not None and ((place.dtype.str, place.shape) != (header.kind, header.shape) or header.transposed):
-        place = None
+    if target is not None and ((target.dtype.str, target.shape) != (header.kind, header.shape) or header.transposed):
+        target = None
     shape = header.shape[::-1] if header.transposed else header.shape
-    values = np.empty(shape, header.kind) if place is None else place
+    values = np.empty(shape, header.kind) if target is None else target
     into = values.reshape(-1).view(np.uint8).data
     with archive.open(member) as file:
         assert isinstance(file, zipfile.ZipExtFile)
         file.read(header.begins)
-        at = 0
-        while at < len(into):
-            part = file.read(min(BLOCK, len(into) - at))
-            if not part:
+        position = 0
+        while position < len(into):
+            block = file.read(min(BLOCK, len(into) - position))
+            if not block:
                 raise DamagedError(f"{excerpt(member.filename)} ends early")
-            step = len(part) if place is None else len(ZEROS)
-            for first in range(0, len(part), step):
-                page = part[first:first + step]
-                if place is None or page != ZEROS[:len(page)]:
-                    into[at + first:at + first + len(page)] = page
-            at += len(part)
+            step = len(block) if target is None else len(ZEROS)
+            for first in range(0, len(block), step):
+                page = block[first:first + step]
+                if target is None or page != ZEROS[:len(page)]:
+                    into[position + first:position + first + len(page)] = page
+            position += len(block)
         if file.read(1):                # at the end, where the CRC is checked
             raise DamagedError(f"{excerpt(member.filename)} is too long")
     if light and header.kind in FLOATS and values.size:
@@ -255,9 +255,9 @@ def save_light_field(path: str | Path, recording: Recording) -> None:
 
 def load_light_field(path: str | Path) -> Recording:
     """Read a file of save_light_field; ExportError if it is missing, incomplete or no light field; or lens errors."""
-    found, settings = load_arrays(Path(path), "light field", "lightfield capture", _wanted, _light_field_file_fit)
+    data, settings = load_arrays(Path(path), "light field", "lightfield capture", _wanted, _light_field_file_fit)
     try:
-        return _of_sensor(found, settings) if "raw" in found else _of_views(found, settings)
+        return _of_sensor(data, settings) if "raw" in data else _of_views(data, settings)
     except lb.LightFieldError as error:
         raise ExportError(f"{path}: {error}") from error
 
@@ -290,15 +290,15 @@ def _light_field_file_fit(headers: Mapping[str, ArrayHeader], settings: Settings
                  and moments.shape[0] > 0))
 
 
-def _of_views(found: dict[str, np.ndarray], settings: Settings) -> Recording:
+def _of_views(data: dict[str, np.ndarray], settings: Settings) -> Recording:
     """The recording of these arrays; LightFieldError for numbers out of range."""
-    reach, fill = float(found["reach"]), float(found.get("fill", 1.0))         # older files have no `fill`
+    reach, fill = float(data["reach"]), float(data.get("fill", 1.0))         # older files have no `fill`
     if not 0.0 < reach < 100.0 or fill > 1.0:
         raise lb.LightFieldError(f"reach {significant(reach)} and fill {significant(fill)}: this recording is damaged")
     of = camera(settings)
-    margin = _margin(found["light"].shape, (settings.pixels_y, settings.pixels_x))
-    field = lb.LightField(of if margin is None else widened(of, margin), reach, found["light"], found["coverage"], fill,
-                          moments=found.get("moments"))
+    margin = _margin(data["light"].shape, (settings.pixels_y, settings.pixels_x))
+    field = lb.LightField(of if margin is None else widened(of, margin), reach, data["light"], data["coverage"], fill,
+                          moments=data.get("moments"))
     return Recording(field if margin is None else of_wide(of, field), settings)
 
 
@@ -310,13 +310,13 @@ def _margin(shape: tuple[int, ...], picture: tuple[int, int]) -> tuple[int, int]
     return (across, down) if x == y == 0 and 0 <= down <= most[0] and 0 <= across <= most[1] else None
 
 
-def _of_sensor(found: dict[str, np.ndarray], settings: Settings) -> Recording:
+def _of_sensor(data: dict[str, np.ndarray], settings: Settings) -> Recording:
     """The recording of these arrays; LightFieldError for numbers out of range."""
-    raw, behind = found["raw"], int(found["behind"])
+    raw, behind = data["raw"], int(data["behind"])
     if behind * settings.pixels_y != raw.shape[0]:
         raise lb.LightFieldError(f"{behind} pixels behind each microlens: this picture has others")
-    plenoptic = lb.PlenopticCamera(camera(settings), behind, float(found["microlenses"]))
-    picture = lb.RawPicture(plenoptic, raw, found["white"])
+    plenoptic = lb.PlenopticCamera(camera(settings), behind, float(data["microlenses"]))
+    picture = lb.RawPicture(plenoptic, raw, data["white"])
     return Recording(picture.decoded(), settings, picture)
 
 
@@ -331,9 +331,9 @@ def save_lumigraph(path: str | Path, lumigraph: lb.Lumigraph, settings: Settings
 
 def load_lumigraph(path: str | Path) -> tuple[lb.Lumigraph, Settings]:
     """Read a file of save_lumigraph. ExportError: missing, no lumigraph, incomplete; and errors of its lens file."""
-    found, settings = load_arrays(Path(path), "lumigraph", "lightfield array",
+    data, settings = load_arrays(Path(path), "lumigraph", "lightfield array",
                                   lambda names: set() if set(ARRAYS) - names else set(ARRAYS), _lumigraph_file_fit)
-    pictures, nearness, spacing, distance = (found[name] for name in ARRAYS)
+    pictures, nearness, spacing, distance = (data[name] for name in ARRAYS)
     if not min(float(spacing), float(distance)) > 0.0:
         raise ExportError(f"{path}: this lumigraph is damaged: its distances must be positive")
     middle = lb.lumigraph_pinhole(camera(settings))

@@ -53,7 +53,7 @@ class SnapshotShelf:
 
     def load(self) -> None:
         """Read the folder."""
-        found: list[Snapshot] = []
+        snapshots: list[Snapshot] = []
         try:
             paths = sorted((path for path in self.folder.glob("*.png") if path.is_file()),
                            key=lambda path: path.stat().st_mtime, reverse=True)
@@ -61,10 +61,10 @@ class SnapshotShelf:
             paths = []
         for path in paths:
             try:
-                found.append(_read(path))
+                snapshots.append(_read(path))
             except (ValueError, OSError) as error:
                 self._say(f"The snapshot {path.stem} cannot be read: {error}")
-        self.snapshots = found
+        self.snapshots = snapshots
 
     def keep(self, image: NDArray[np.float32], settings: Settings, name: str) -> Snapshot:
         """Add a linear picture (h, w, 3) with its settings; ExportError if it cannot be written."""
@@ -154,8 +154,8 @@ def write_card(path: Path, codes: NDArray[np.float32], settings: Settings, title
     if settings.has_lens:
         box = (WIDTH - MARGIN - 560, top, WIDTH - MARGIN, top + FOOT - MARGIN)
         _section(card, settings, box, (outline, glass, dim))
-    with replacing(path) as part:
-        card.save(part, "PNG")
+    with replacing(path) as temporary:
+        card.save(temporary, "PNG")
 
 
 def words(settings: Settings) -> list[str]:

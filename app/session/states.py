@@ -51,8 +51,8 @@ def save_settings(path: str | Path, settings: Settings) -> None:
     """Write all settings, completely or not at all; ExportError if the file cannot be written."""
     values = {"version": VERSION, **asdict(settings)}
     lines = (f"{name} = {_toml(WORDS[name] if value is None else value)}\n" for name, value in values.items())
-    with replacing(checked_path(path)) as part:
-        part.write_text(HEAD + "".join(lines), encoding="utf-8")
+    with replacing(checked_path(path)) as temporary:
+        temporary.write_text(HEAD + "".join(lines), encoding="utf-8")
 
 
 def load_settings(path: str | Path) -> Settings:
@@ -189,7 +189,7 @@ def named_files(settings: Settings) -> list[str]:
 def _short(value: object) -> object:
     if isinstance(value, float):
         return float(f"{value:.{DIGITS}g}")
-    return [_short(part) for part in value] if isinstance(value, list | tuple) else value
+    return [_short(item) for item in value] if isinstance(value, list | tuple) else value
 
 
 # The last session
@@ -256,12 +256,12 @@ class Autosave:
         saved: the lens and the edits that the window has saved last. True where another lens has taken the place of
         one with other edits: their file stays.
         """
-        before, present, path = self._kept, (settings.lens, settings.edited), self._path
-        if present == before:
+        before, lens, path = self._kept, (settings.lens, settings.edited), self._path
+        if lens == before:
             return False
-        leaves = bool(before[1]) and present[0] != before[0] and before != saved
-        if leaves or present in self._left:             # undone, the edits have their file again
-            path = self._left.get(present) or self._new()
+        leaves = bool(before[1]) and lens[0] != before[0] and before != saved
+        if leaves or lens in self._left:             # undone, the edits have their file again
+            path = self._left.get(lens) or self._new()
         if settings.edited:
             self._folder.mkdir(parents=True, exist_ok=True)
             save_settings(path, settings)
@@ -271,14 +271,14 @@ class Autosave:
             self._left[before] = self._path
         elif path != self._path:
             self._path.unlink(missing_ok=True)
-        self._left.pop(present, None)
-        self._path, self._kept = path, present
+        self._left.pop(lens, None)
+        self._path, self._kept = path, lens
         return leaves
 
 
 def left_behind(folder: Path) -> list[Unsaved]:
     """What windows that have ended left in a folder, the newest first; files that cannot be read are left alone."""
-    found = []
+    edits = []
     with suppress(OSError):
         for path in folder.glob("*.toml"):
             with suppress(OSError, ValueError):
@@ -290,5 +290,5 @@ def left_behind(folder: Path) -> list[Unsaved]:
                     continue
                 settings = load_settings(path)
                 if settings.edited:
-                    found.append(Unsaved(path, settings, written))
-    return sorted(found, key=lambda each: -each.written)
+                    edits.append(Unsaved(path, settings, written))
+    return sorted(edits, key=lambda edit: -edit.written)

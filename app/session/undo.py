@@ -37,17 +37,17 @@ class History:
         """Number of gestures that led to the current settings: an undo lowers it."""
         return self._dropped + len(self._past)
 
-    def edit(self, settings: Settings, held: bool, time: float) -> None:
+    def edit(self, settings: Settings, is_held: bool, time: float) -> None:
         """Make these the current settings.
 
-        held: whether a mouse button is down or a text entry is active, so that this and the next edits are one gesture.
-        time: seconds of any clock.
+        is_held: whether a mouse button is down or a text entry is active, so that this and the next edits are one
+        gesture. time: seconds of any clock.
         """
         if settings == self.present:
-            self._held = self._held and held
+            self._held = self._held and is_held
             return
         changed = differences(settings, self.present)
-        follows = self._past and (self._held and held or changed.keys() <= self._open and time - self._time < PAUSE)
+        follows = self._past and (self._held and is_held or changed.keys() <= self._open and time - self._time < PAUSE)
         if not follows:
             self._past.append(self.present)
             self._dropped += len(self._past[:-DEPTH])
@@ -55,7 +55,7 @@ class History:
             self._open = frozenset()
         self._future.clear()
         self._open |= changed.keys()
-        self._held, self._time = held, time
+        self._held, self._time = is_held, time
         self.present = settings
 
     def part(self) -> None:

@@ -304,8 +304,8 @@ def lean_scale() -> Scale:
 def move_scale(most: float) -> Scale:
     """Rise and shift of a lens (mm): finer near 0."""
     ends = (0.05, 0.2, 0.5, 1.0)
-    figures = tuple((s * part * most, true_minus(significant(s * part * most, 2)))
-                    for s in (-1.0, 1.0) for part in ends)
+    figures = tuple((s * share * most, true_minus(significant(s * share * most, 2)))
+                    for s in (-1.0, 1.0) for share in ends)
     return _about_zero(most, format_signed_length, read_signed_length, tuple(sorted((*figures, (0.0, "0")))), ())
 
 

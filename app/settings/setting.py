@@ -99,8 +99,8 @@ def setting(default: Any, words: str = "", unit: str = "", bounds: Interval | No
 
 def spec(of: Field) -> Spec:
     """The Spec of a field of Settings; the words are the field's name where it has no others."""
-    found: Spec = of.metadata["spec"]
-    return found
+    declared: Spec = of.metadata["spec"]
+    return declared
 
 
 def words(of: Field) -> str:
@@ -114,14 +114,14 @@ def check(of: Field, value: Any, form: Callable[[float], str] | None = None) -> 
     form = form or about.shown
     if value is None:
         return
-    parts = value if isinstance(value, tuple) else (value,)
+    values = value if isinstance(value, tuple) else (value,)
     if about.choices and value not in about.choices:
         rule = about.rule or f"choose one of {', '.join(map(str, about.choices))}"
         raise SettingsError(f"{words(of)} {excerpt(value)}: {rule}")
-    if about.bounds is not None and not all(part in about.bounds for part in parts):
-        shown = ", ".join(form(part) for part in parts)
-        each = "each coordinate " if len(parts) > 1 else ""
-        raise SettingsError(f"{words(of)} {shown}: {each}{about.rule or about.bounds.rule(form)}")
+    if about.bounds is not None and not all(item in about.bounds for item in values):
+        shown = ", ".join(form(item) for item in values)
+        coordinate = "each coordinate " if len(values) > 1 else ""
+        raise SettingsError(f"{words(of)} {shown}: {coordinate}{about.rule or about.bounds.rule(form)}")
 
 
 def converted(name: str, kind: Any, value: Any) -> Any:
@@ -132,7 +132,7 @@ def converted(name: str, kind: Any, value: Any) -> Any:
         kinds = get_args(kind)
         if not isinstance(value, list | tuple) or len(value) != len(kinds):
             raise SettingsError(f"{name} is {excerpt(value)}: it must be {len(kinds)} numbers")
-        return tuple(converted(name, kind, part) for kind, part in zip(kinds, value, strict=True))
+        return tuple(converted(name, kind, item) for kind, item in zip(kinds, value, strict=True))
     if kind is float and value == "inf":
         return math.inf
     if kind is float and isinstance(value, int | float) and not isinstance(value, bool):
@@ -148,8 +148,8 @@ def converted(name: str, kind: Any, value: Any) -> Any:
 
 def titles(of: Field) -> Mapping[Any, str]:
     """The choices of a setting with their titles."""
-    found = spec(of).choices
-    return found if isinstance(found, Mapping) else {choice: str(choice) for choice in found}
+    choices = spec(of).choices
+    return choices if isinstance(choices, Mapping) else {choice: str(choice) for choice in choices}
 
 
 READERS: dict[str, Callable[[str], Any]] = {"f_number": read_aperture}      # of settings whose option lies elsewhere

@@ -53,8 +53,8 @@ class Settings(SettingTable):
         if unknown:
             raise SettingsError("these settings have names that lensbench does not know: "
                                 f"{cut(', '.join(cut(name) for name in unknown), 4 * MOST_CHARACTERS)}")
-        given = {f.name: converted(f.name, f.type, plain[f.name]) for f in fields(cls) if f.name in plain}
-        return replace(cls(), **given).checked()
+        values = {f.name: converted(f.name, f.type, plain[f.name]) for f in fields(cls) if f.name in plain}
+        return replace(cls(), **values).checked()
 
     def checked(self) -> "Settings":
         """Itself; SettingsError or FilmError with the range where a value is invalid."""
@@ -158,8 +158,8 @@ class Settings(SettingTable):
     @property
     def present_pose(self) -> np.ndarray:
         """Transform (4, 4) when the shutter opens."""
-        place = self.placement
-        return place.at(self.moment) if isinstance(place, lb.AnimatedTransform) else place
+        placement = self.placement
+        return placement.at(self.moment) if isinstance(placement, lb.AnimatedTransform) else placement
 
     def plain(self, *names: str) -> "Settings":
         """The same settings with these fields at their defaults."""
@@ -182,8 +182,8 @@ class Settings(SettingTable):
 
     def _without(self, names: tuple[str, ...]) -> "Settings":
         """The settings without these fields; the coating counts where ghosts show it, strengths where they are seen."""
-        unseen = [name for name, seen in (
-            ("ghost_strength", self.ghosts), ("ghost_pair", self.ghosts), ("star_strength", self.stars)) if not seen]
+        unseen = [name for name, is_seen in (
+            ("ghost_strength", self.ghosts), ("ghost_pair", self.ghosts), ("star_strength", self.stars)) if not is_seen]
         plain = self.plain(*names, *unseen)
         return replace(plain, coating=self.coating) if self.ghosts else plain
 
@@ -225,7 +225,7 @@ RESTARTS_MOTION = tuple(field.name for field in fields(Settings) if spec(field).
 NO_FIGURES = tuple(field.name for field in fields(Settings) if not spec(field).figures)
 
 
-def differences(wanted: Settings, other: Settings) -> dict[str, Any]:
+def differences(settings: Settings, other: Settings) -> dict[str, Any]:
     """The values of `wanted` by name, where `other` has different ones."""
-    return {field.name: getattr(wanted, field.name) for field in fields(Settings)
-            if getattr(wanted, field.name) != getattr(other, field.name)}
+    return {field.name: getattr(settings, field.name) for field in fields(Settings)
+            if getattr(settings, field.name) != getattr(other, field.name)}

@@ -93,9 +93,9 @@ def format_duration(seconds: float) -> str:
     return f"−{format_duration(-seconds)}"
 
 
-def format_part(part: float) -> str:
+def format_part(share: float) -> str:
     """25 %."""
-    return f"{fixed(100.0 * part, 0)} %"
+    return f"{fixed(100.0 * share, 0)} %"
 
 
 def format_light(radiance: float) -> str:
@@ -187,10 +187,10 @@ def read_aperture(text: str) -> float | None:
 
 def read_position(text: str) -> tuple[float, float, float]:
     """“0,0.2,-1.5m”: x, y, z in the world, in metres where no unit is given."""
-    parts = text.split(",")
-    if len(parts) != 3:
+    words = text.split(",")
+    if len(words) != 3:
         raise ValueError(f"“{cut(text)}”: type three distances with commas, such as 0,20cm,-1.5m")
-    x, y, z = (read_distance(part) for part in parts)
+    x, y, z = (read_distance(word) for word in words)
     return x, y, z
 
 
@@ -233,9 +233,9 @@ def read_electrons(text: str) -> float:
 def read_time(text: str) -> float:
     """“1/125”, “0.5 s”, “20 ms”, “350 µs” in seconds; a bare number is in seconds."""
     example = "a time such as 1/125 s, 20 ms or 2 s"
-    part = re.fullmatch(r"\s*1\s*/\s*(\d+\.?\d*)\s*s?\s*", text)
-    if part is not None and float(part[1]) > 0.0:
-        return 1.0 / float(part[1])
+    reciprocal = re.fullmatch(r"\s*1\s*/\s*(\d+\.?\d*)\s*s?\s*", text)
+    if reciprocal is not None and float(reciprocal[1]) > 0.0:
+        return 1.0 / float(reciprocal[1])
     number, unit = read_number(r"#\s*(s|ms|µs|us|″|\")?", text, example)
     return number * {"ms": 1e-3, "µs": 1e-6, "us": 1e-6}.get(unit, 1.0)
 
@@ -270,9 +270,9 @@ def read_close(text: str) -> float:
 
 def _read_share(text: str, range_text: str) -> float:
     try:
-        part = float(text.replace(",", "."))
+        share = float(text.replace(",", "."))
     except ValueError:
-        part = math.nan
-    if not 0.0 <= part <= 1.0:
+        share = math.nan
+    if not 0.0 <= share <= 1.0:
         raise ValueError(f"“{cut(text.strip())}”: type a number from {range_text}")
-    return part
+    return share

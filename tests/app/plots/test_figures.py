@@ -67,7 +67,7 @@ def test_the_fields_end_where_a_ray_through_the_middle_of_the_stop_does():
     assert lit_radius(asked.bench) == corner and 0.9 * corner < asked.largest_height < corner
     figure = spots_figure(asked, 16)
     assert not any("no ray" in each or "no light" in each for each in figure.remarks)
-    assert any("has light beside the middle of the stop alone" in each for each in figure.remarks)
+    assert any("has light next to the middle of the stop alone" in each for each in figure.remarks)
 
 
 def test_an_anamorphic_lens_has_curves_along_both_sides_of_the_film():

@@ -43,7 +43,7 @@ def test_what_is_about_a_change_goes_when_undo_takes_the_change_back_and_the_res
     for i, gesture in enumerate(gestures):
         before = history.present
         if "edit" in gesture:
-            history.edit(replace(SMALL, focus_distance=1000.0 + i), held=False, time=10.0 * i)
+            history.edit(replace(SMALL, focus_distance=1000.0 + i), is_held=False, time=10.0 * i)
             if gesture == "edit":
                 notices.say(Notice(f"change {i}", NoticeKind.NOTE, change=True))
                 open_ended.append((f"change {i}", before))
@@ -59,7 +59,7 @@ def test_what_is_about_a_change_goes_when_undo_takes_the_change_back_and_the_res
 def test_a_change_beyond_the_depth_of_the_history_is_told_from_a_later_one():
     notices, history = Notices(), History(SMALL)
     for i in range(DEPTH + 2):
-        history.edit(replace(SMALL, focus_distance=1000.0 + i), held=False, time=10.0 * i)
+        history.edit(replace(SMALL, focus_distance=1000.0 + i), is_held=False, time=10.0 * i)
         if i >= DEPTH:
             notices.say(Notice(f"change {i}", NoticeKind.NOTE, change=True))
         notices.follow(SMALL.lens, history.step)
