@@ -47,8 +47,9 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
     from lensbench.core.imaging.exposure import (
         Exposure, ExposureError, ev100, irradiance, luminance, metered_stops, pixel_energy, radiant_exposure
     )
-    from lensbench.core.imaging.field_of_view import Equivalent, equivalent, field_of_view, film_extent, focal_length
-    from lensbench.core.imaging.film import FORMATS, Film, FilmError, FilmPose
+    from lensbench.core.imaging.film import (
+        FORMATS, Equivalent, Film, FilmError, FilmPose, equivalent, field_of_view, film_extent, focal_length
+    )
     from lensbench.core.imaging.sensor import Sensor
     from lensbench.core.imaging.transform import AnimatedTransform, TransformError, look_at
     from lensbench.core.kernels.sampling import unit_disk, unit_square
@@ -86,10 +87,9 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
     from lensbench.core.rendering.ghost_image import Flare, why_no_ghosts
     from lensbench.core.rendering.progressive import Rendering
     from lensbench.core.scenery.builtin.library import SCENES, builtin_scene
+    from lensbench.core.scenery.objects.basic_shapes import Disk, Rectangle, Sphere
     from lensbench.core.scenery.objects.material import Image, Material, Pattern
     from lensbench.core.scenery.objects.mesh import Mesh
-    from lensbench.core.scenery.objects.planar import Disk, Rectangle
-    from lensbench.core.scenery.objects.sphere import Sphere
     from lensbench.core.scenery.objects.surroundings import Floor, ImageSky, Sky, Sun
     from lensbench.core.scenery.photograph import photograph_scene
     from lensbench.core.scenery.scene import Scene

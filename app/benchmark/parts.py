@@ -29,7 +29,7 @@ from lensbench.core.optics.block_trace import surface_steps
 from lensbench.core.optics.scalar_trace import surface_table, trace_rays
 from lensbench.core.pupils.radial_sampler import POINTS, PupilTable
 from lensbench.core.pupils.rim_solver import solve_rims
-from lensbench.core.scenery.builtin.benchmark import benchmark_scene, crowded_scene, lamps_scene
+from lensbench.core.scenery.builtin.library import benchmark_scene, crowded_scene, lamps_scene
 
 ANAMORPHIC = "lentil-schneider-anamorphic-31-2001"
 MANY = 32                       # passes, of which at least one traces small lights

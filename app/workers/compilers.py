@@ -35,7 +35,7 @@ from lensbench.app.workers.kernel import PROCESS, Kernel
 from lensbench.app.workers.task import thread_count
 from lensbench.core.cameras import pupil_footprint, ray_generation
 from lensbench.core.imaging import film
-from lensbench.core.kernels import cache, program, sampling, tile_order
+from lensbench.core.kernels import cache, program, sampling
 from lensbench.core.kernels.cache import NotCompiledError, is_compiled
 from lensbench.core.kernels.program import Code, is_stage_compiled, stage_address, stage_signature
 from lensbench.core.optics import axial_bundle, block_trace, surfaces
@@ -101,7 +101,7 @@ def _needed(settings: Settings) -> Iterator[tuple[Any, Any]]:
     yield sampling.sample_lights, single
     yield program._expose, (numbers, float32[::1], code, int64, int64, int64[:, ::1], float32[::1], uint32,
                            int64)
-    yield tile_order._unroll, (numbers, float32[::1], float32[:, :, ::1])
+    yield sampling._unroll, (numbers, float32[::1], float32[:, :, ::1])
 
 
 def _code(real: Any) -> Any:

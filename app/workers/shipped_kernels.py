@@ -36,7 +36,7 @@ from lensbench.core.kernels import cache
 from lensbench.core.kernels.program import stage_signature
 from lensbench.core.rendering.sample_allocation import EVEN
 from lensbench.core.rendering.temporal_reuse import Reusable
-from lensbench.core.scenery.builtin.benchmark import lamps_scene
+from lensbench.core.scenery.builtin.library import lamps_scene
 from lensbench.core.scenery.shading.many_lamps import MANY_LAMPS
 from lensbench.core.text import fixed
 

@@ -1,7 +1,7 @@
 """Stages and the lane buffer that they work on.
 
 A *lane* is one sample on its way from a pixel to a colour. B lanes travel together as a *block*: a compact piece of the
-film (`tile_order`), a sample for each pixel. All values of a block lie in one flat array, the *lane buffer*, cut into
+film (`sampling`), a sample for each pixel. All values of a block lie in one flat array, the *lane buffer*, cut into
 rows of B numbers; a row holds one quantity for every lane. A *stage* reads some rows and writes others, and a picture
 is a list of stages.
 

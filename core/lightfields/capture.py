@@ -21,8 +21,7 @@ from lensbench.core.imaging.film import Film
 from lensbench.core.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
 from lensbench.core.kernels.block import PIXEL, TIME, WEIGHT, B, Step, X, Y, lane_buffer, rows, stage
 from lensbench.core.kernels.program import Program
-from lensbench.core.kernels.sampling import sampling_steps, unit_disk
-from lensbench.core.kernels.tile_order import strip_count
+from lensbench.core.kernels.sampling import sampling_steps, strip_count, unit_disk
 from lensbench.core.lightfields.light_field import (
     FINER, SPREAD, LightField, LightFieldError, axis_coverage, spread_offsets
 )

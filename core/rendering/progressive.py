@@ -9,7 +9,7 @@ import numpy as np
 from lensbench.core.analysis.model_choice import resolved
 from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.ideal_cameras import AIRY
-from lensbench.core.kernels.tile_order import BAND_LINES
+from lensbench.core.kernels.sampling import BAND_LINES
 from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.rendering.ghost_image import Flare

@@ -7,7 +7,7 @@ error of a block make the error of the picture least.
 
 The picture stays unbiased: a share follows from samples of earlier rounds alone, and what a round counts in the picture
 does not depend on the shares. (Means over as many samples as a block happened to get would be too dark where the first
-samples missed a light.) A share depends on no other samples than those of its band of lines (`tile_order`), so that a
+samples missed a light.) A share depends on no other samples than those of its band of lines (`sampling`), so that a
 picture that is finished band by band is the same, bit for bit, and so is one that was stopped and resumed.
 
 The error of a block is estimated from the difference of the means of the first and the second half of its samples. Each

@@ -12,8 +12,7 @@ from lensbench.core.cameras.ray_generation import spread_step
 from lensbench.core.imaging.spectrum import WAVELENGTHS, channel_step, spectral_part
 from lensbench.core.kernels.block import B, Step, lane_buffer
 from lensbench.core.kernels.program import Program
-from lensbench.core.kernels.sampling import sampling_steps
-from lensbench.core.kernels.tile_order import BAND_LINES, raster_image
+from lensbench.core.kernels.sampling import BAND_LINES, raster_image, sampling_steps
 from lensbench.core.rendering.aovs import AVERAGED, aov_steps, arrival_steps
 from lensbench.core.rendering.sample_allocation import SampleAllocation
 from lensbench.core.scenery.scene import Scene

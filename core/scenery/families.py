@@ -14,10 +14,9 @@ from lensbench.core.scenery.intersect.meshes import mesh_steps
 from lensbench.core.scenery.intersect.pictured import is_large, pictured_step
 from lensbench.core.scenery.intersect.planar import plain_planar, planar, planar_parameters
 from lensbench.core.scenery.intersect.spheres import sphere_parameters, spheres
+from lensbench.core.scenery.objects.basic_shapes import Planar, Sphere
 from lensbench.core.scenery.objects.mesh import Mesh
-from lensbench.core.scenery.objects.planar import Planar
 from lensbench.core.scenery.objects.shape import Shape
-from lensbench.core.scenery.objects.sphere import Sphere
 from lensbench.core.scenery.shading.meshes import mesh_lamp_step, mesh_shadow_steps
 
 Seen = Sequence[tuple[Shape, float, Shape]]     # a shape, its EMITS, and the shape as paths see it that are not DIRECT

@@ -16,10 +16,9 @@ from lensbench.core.kernels.program import Program
 from lensbench.core.lazy import called, hashed_once
 from lensbench.core.scenery import scene_steps
 from lensbench.core.scenery.families import FAMILIES
+from lensbench.core.scenery.objects.basic_shapes import Planar, Sphere
 from lensbench.core.scenery.objects.mesh import Mesh
-from lensbench.core.scenery.objects.planar import Planar
 from lensbench.core.scenery.objects.shape import Shape, rest_frame
-from lensbench.core.scenery.objects.sphere import Sphere
 from lensbench.core.scenery.objects.surroundings import Floor, ImageSky, Sky, Sun
 from lensbench.core.scenery.shading.participating_medium import Medium
 from lensbench.core.scenery.small_lights import ExcludedLight

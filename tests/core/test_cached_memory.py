@@ -9,8 +9,8 @@ from lensbench import core
 from lensbench.core.kernels.byte_cache import ByteCache
 from lensbench.core.scenery import small_lights
 from lensbench.core.scenery.intersect.texture import texture
+from lensbench.core.scenery.objects.basic_shapes import Rectangle
 from lensbench.core.scenery.objects.material import Image, Material, Pattern
-from lensbench.core.scenery.objects.planar import Rectangle
 
 LAPTOP = 8 << 30
 PICTURE = (512, 1195)                   # texels of 12 bytes: 7 MB, of which four are below the bound

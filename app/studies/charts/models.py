@@ -23,7 +23,7 @@ from lensbench.core.kernels.block import U0, U1, B, Step, X, Y
 from lensbench.core.kernels.program import Program
 from lensbench.core.kernels.sampling import sampling_steps
 from lensbench.core.optics.scalar_trace import surface_table, trace_rays
-from lensbench.core.scenery.builtin.benchmark import benchmark_scene
+from lensbench.core.scenery.builtin.library import benchmark_scene
 from lensbench.core.text import fixed, significant
 
 STREAMED, FUSED = "Cost, streamed (ns a ray)", "Cost, fused in the renderer (ns a sample)"

@@ -21,10 +21,9 @@ from lensbench.app.studies.timing import BLOCKS, report_progress, streamed, time
 from lensbench.core.imaging.film import Film
 from lensbench.core.kernels.block import PIXEL, SAMPLE, SEED, TIME, U0, U1, V0, V1, B, Step, X, Y, rows, stage
 from lensbench.core.kernels.cache import njit
-from lensbench.core.kernels.sampling import mix, sampling_steps, sobol
-from lensbench.core.kernels.tile_order import add_corners
+from lensbench.core.kernels.sampling import add_corners, mix, sampling_steps, sobol
+from lensbench.core.scenery.objects.basic_shapes import Sphere
 from lensbench.core.scenery.objects.material import Material
-from lensbench.core.scenery.objects.sphere import Sphere
 from lensbench.core.scenery.objects.surroundings import Floor, Sun
 from lensbench.core.scenery.scene import Scene
 

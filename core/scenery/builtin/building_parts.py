@@ -9,9 +9,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from lensbench.core.scenery.objects.basic_shapes import Rectangle
 from lensbench.core.scenery.objects.material import Material
 from lensbench.core.scenery.objects.mesh import Mesh
-from lensbench.core.scenery.objects.planar import Rectangle
 from lensbench.core.scenery.values import Triple, across, triple, unit
 
 

@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from lensbench.core.scenery.builtin.building_parts import lettering
+from lensbench.core.scenery.objects.basic_shapes import Disk, Planar, Rectangle
 from lensbench.core.scenery.objects.material import Image, Material, Pattern
-from lensbench.core.scenery.objects.planar import Disk, Planar, Rectangle
 from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
 from lensbench.core.scenery.scene import Scene
 from lensbench.core.scenery.values import Triple, triple

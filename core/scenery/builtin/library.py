@@ -1,16 +1,18 @@
-"""The built-in scenes, by name."""
+"""The built-in scenes by name, and the scenes of the speed figures."""
 
+import math
 from functools import cache
 
-from lensbench.core.scenery.builtin.benchmark import benchmark_scene
+import numpy as np
+
 from lensbench.core.scenery.builtin.charts import focus_ruler, grid_wall, resolution_chart, white_wall
-from lensbench.core.scenery.builtin.dusk_street import dusk_street
-from lensbench.core.scenery.builtin.fairground import fairground
-from lensbench.core.scenery.builtin.foliage import foliage
-from lensbench.core.scenery.builtin.night_lights import night_lights
+from lensbench.core.scenery.builtin.indoors import room, still_life
+from lensbench.core.scenery.builtin.outdoors import fairground, foliage
 from lensbench.core.scenery.builtin.portrait import portrait
-from lensbench.core.scenery.builtin.room import room
-from lensbench.core.scenery.builtin.still_life import still_life
+from lensbench.core.scenery.builtin.streets import dusk_street, night_lights
+from lensbench.core.scenery.objects.basic_shapes import Sphere
+from lensbench.core.scenery.objects.material import Material
+from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
 from lensbench.core.scenery.scene import Scene
 from lensbench.core.scenery.values import SceneError
 
@@ -36,3 +38,35 @@ def builtin_scene(name: str) -> Scene:
     if name not in _MAKERS:
         raise SceneError(f"no scene is called {name!r}: choose one of {', '.join(SCENES)}")
     return _MAKERS[name]()
+
+
+def benchmark_scene() -> Scene:
+    """Ten matte spheres at 0.7 to 6 m on a checkered floor; render it without shadows."""
+    places = [(-420, -60, -1500, 190), (30, -110, -1150, 140), (430, -90, -1600, 160), (-180, -190, -800, 60),
+              (190, -195, -760, 55), (-1300, 200, -4200, 450), (500, 150, -5200, 400), (1500, 0, -3600, 250),
+              (320, -200, -980, 50), (-60, -215, -650, 35)]
+    colours = [(.05, .45, .5), (.8, .12, .08), (.7, .7, .72), (.75, .35, .2), (.8, .65, .2), (.5, .5, .52),
+               (.8, .78, .72), (.2, .15, .6), (.3, .55, .15), (.8, .7, .05)]
+    balls = tuple(Sphere((float(x), float(y), float(z)), float(r), Material(c))
+                  for (x, y, z, r), c in zip(places, colours, strict=True))
+    return Scene("benchmark", sun=Sun((0.5, 0.8, 0.45)), floor=Floor(), spheres=balls)
+
+
+def crowded_scene(count: int) -> Scene:
+    """Matte spheres in rows on a checkered floor, from 0.6 m on; render it with shadows."""
+    rng, side, balls = np.random.default_rng(2), math.ceil(math.sqrt(count)), []
+    for i in range(count):
+        radius, (aside, back) = rng.uniform(20.0, 50.0), rng.uniform(-20.0, 20.0, 2)
+        centre = (120.0 * (i % side - side / 2) + aside, radius - 300.0, -600.0 - 120.0 * (i // side) + back)
+        balls.append(Sphere(centre, radius, Material(tuple(rng.uniform(0.2, 0.9, 3)))))
+    return Scene("crowd", sun=Sun((0.4, 0.7, 0.3)), floor=Floor(-300.0), spheres=tuple(balls))
+
+
+def lamps_scene(count: int) -> Scene:
+    """The ten spheres of `benchmark_scene` at night, under small lamps of many colours; render it with shadows."""
+    rng, dark, lamps = np.random.default_rng(3), (0.0, 0.0, 0.0), []
+    for _ in range(count):
+        centre = tuple(rng.uniform((-1800.0, -150.0, -6000.0), (1800.0, 900.0, -600.0)))
+        light = rng.uniform(0.3, 1.0, 3) * rng.lognormal(0.0, 0.7) * 4000.0 / count
+        lamps.append(Sphere(centre, rng.uniform(5.0, 20.0), Material(tuple(light), "lamp")))
+    return Scene("lamps", sky=Sky(dark, dark, dark), floor=Floor(), spheres=(*benchmark_scene().spheres, *lamps))

@@ -2,10 +2,9 @@
 
 import numpy as np
 
+from lensbench.core.scenery.objects.basic_shapes import Rectangle, Sphere
 from lensbench.core.scenery.objects.material import Material
 from lensbench.core.scenery.objects.mesh import Mesh
-from lensbench.core.scenery.objects.planar import Rectangle
-from lensbench.core.scenery.objects.sphere import Sphere
 from lensbench.core.scenery.objects.surroundings import Floor, Sky
 from lensbench.core.scenery.scene import Scene
 

@@ -19,9 +19,8 @@ from lensbench.core.scenery.intersect.sky import (
     AXIS_A, AXIS_B, COLOUR as FLOOR_COLOUR, FLOOR, SHIFT, floor_parameters, half_turn, meet_floor
 )
 from lensbench.core.scenery.intersect.spheres import closest_approach
-from lensbench.core.scenery.intersect.texture import AROUND, REPEATED, look_up_texture, texture
+from lensbench.core.scenery.intersect.texture import AROUND, REPEATED, footprint_stretch, look_up_texture, texture
 from lensbench.core.scenery.objects.surroundings import Floor
-from lensbench.core.scenery.shading.pattern_filter import footprint_stretch
 
 LARGE = 1 << 20         # texels of an image of a planar shape that is read where it lies
 

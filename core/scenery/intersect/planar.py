@@ -16,9 +16,8 @@ from lensbench.core.kernels.block import (
 )
 from lensbench.core.scenery.intersect.block_bounds import FORWARD, RIGHTWARD, UPWARD, beam_misses
 from lensbench.core.scenery.intersect.spheres import inside_edge, plane_point
-from lensbench.core.scenery.intersect.texture import look_up, ripmap
-from lensbench.core.scenery.shading.pattern_filter import (
-    checker_contrast, filtered_contrast, footprint_stretch, line_coverage, parity
+from lensbench.core.scenery.intersect.texture import (
+    checker_contrast, filtered_contrast, footprint_stretch, line_coverage, look_up, parity, ripmap
 )
 
 # AXIS_U, AXIS_V: half-axes over their squared lengths (1/mm); HALF_U, HALF_V: lengths of the half-axes (mm); COLOUR2,

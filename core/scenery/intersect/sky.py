@@ -16,8 +16,8 @@ from lensbench.core.kernels.block import (
     X, Y, Z, offsets, pack, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
+from lensbench.core.scenery.intersect.texture import checker_contrast, footprint_stretch, parity
 from lensbench.core.scenery.objects.surroundings import ImageSky
-from lensbench.core.scenery.shading.pattern_filter import checker_contrast, footprint_stretch, parity
 from lensbench.core.scenery.values import cross, unit
 
 # AXIS_A, AXIS_B: unit axes along the tiles over the tile's edge (1/mm); SHIFT in tiles; COLOUR: mean of the two

@@ -1,6 +1,6 @@
 """Members that every shape of a scene provides, and its motion.
 
-A new shape is a frozen dataclass in a file of its own that derives from `Moving` and has the members of `Shape`; the
+A new shape is a frozen dataclass that derives from `Moving` and has the members of `Shape`; the
 scene file reader gives it a row. Its `family` names the kernels that intersect, reflect and sample it: a shape that
 these can describe (every flat one bounded by half-axes, say) needs no kernel.
 """

@@ -16,8 +16,7 @@ from lensbench.core.kernels.block import (
     A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, A11, BLUE, DEPTH, GREEN, H0, H1, H2, H3, H4, H5, H6, H7, H8, NX, NY,
     NZ, RED, V0, V1, B, Packed, Step, gather, join, offsets, rows, stage
 )
-from lensbench.core.kernels.sampling import concentric_disk
-from lensbench.core.kernels.tile_order import STRIP_WIDTH
+from lensbench.core.kernels.sampling import STRIP_WIDTH, concentric_disk
 from lensbench.core.scenery.intersect.block_bounds import widen
 from lensbench.core.scenery.intersect.spheres import sphere_tree
 from lensbench.core.scenery.objects.shape import Shape

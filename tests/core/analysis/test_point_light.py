@@ -6,8 +6,8 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.core.rendering.progressive import Rendering
+from lensbench.core.scenery.objects.basic_shapes import Sphere
 from lensbench.core.scenery.objects.material import Material
-from lensbench.core.scenery.objects.sphere import Sphere
 from lensbench.core.scenery.objects.surroundings import Sky
 from lensbench.core.scenery.scene import Scene
 

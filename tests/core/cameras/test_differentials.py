@@ -11,8 +11,7 @@ from lensbench import lenses
 from lensbench.core.cameras.ray_generation import spread_step
 from lensbench.core.kernels.block import PIXEL_SPREAD, B, Step, X, Y, lane_buffer
 from lensbench.core.kernels.program import Program
-from lensbench.core.kernels.sampling import sampling_steps
-from lensbench.core.kernels.tile_order import raster_image
+from lensbench.core.kernels.sampling import raster_image, sampling_steps
 from lensbench.core.rendering.aovs import show_rows
 
 FILM = lb.Film(36.0, 24.0, 90, 60)

@@ -9,8 +9,8 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.core.imaging.spectrum import WAVELENGTHS, spectral_part
 from lensbench.core.kernels.block import BLUE, GREEN, RED
+from lensbench.core.scenery.objects.basic_shapes import Sphere
 from lensbench.core.scenery.objects.material import Material
-from lensbench.core.scenery.objects.sphere import Sphere
 from lensbench.core.scenery.objects.surroundings import Sky
 from lensbench.core.scenery.scene import Scene
 

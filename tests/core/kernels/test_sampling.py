@@ -6,8 +6,9 @@ import pytest
 from lensbench.app.studies.charts.samplers import white_noise
 from lensbench.core.kernels.block import KEYS, PITCH, PIXEL, SAMPLE, SEED, U0, U1, V0, V1, B, Step, X, Y, lane_buffer
 from lensbench.core.kernels.program import Program
-from lensbench.core.kernels.sampling import DIMENSIONS, concentric_disk, sample_lights, sample_pixels, sobol, sobol_net
-from lensbench.core.kernels.tile_order import add_corners
+from lensbench.core.kernels.sampling import (
+    DIMENSIONS, add_corners, concentric_disk, sample_lights, sample_pixels, sobol, sobol_net
+)
 
 COUNT = 256
 

@@ -5,8 +5,7 @@ import pytest
 
 from lensbench.core.kernels.block import U0, U1, B, Step, X, Y
 from lensbench.core.kernels.program import Program
-from lensbench.core.kernels.sampling import sampling_steps
-from lensbench.core.kernels.tile_order import BAND_LINES, STRIP_WIDTH, add_corners, raster_image
+from lensbench.core.kernels.sampling import BAND_LINES, STRIP_WIDTH, add_corners, raster_image, sampling_steps
 
 SHAPES = [(1, 1), (1, 700), (700, 1), (31, 9), (32, 16), (33, 16), (65, 3), (427, 40), (640, 36), (1000, 7),
           (1, 513), (3, 1024), (32, 1500), (33, 1025), (70, 1100)]

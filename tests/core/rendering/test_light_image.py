@@ -14,9 +14,8 @@ from lensbench import lenses
 from lensbench.core.kernels.block import B
 from lensbench.core.rendering import light_image
 from lensbench.core.rendering.entrance_bounds import COLUMNS, RIM, ROWS, entrance_bounds
+from lensbench.core.scenery.objects.basic_shapes import Disk, Rectangle, Sphere
 from lensbench.core.scenery.objects.material import Image, Material, Pattern
-from lensbench.core.scenery.objects.planar import Disk, Rectangle
-from lensbench.core.scenery.objects.sphere import Sphere
 from lensbench.core.scenery.objects.surroundings import Sky
 from lensbench.core.scenery.scene import Scene
 from lensbench.core.scenery.small_lights import samples_of, small_lights, split_light

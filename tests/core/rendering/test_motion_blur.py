@@ -9,8 +9,8 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.core.kernels.block import TIME, U0, U1, L, M, N, X, Y, Z
 from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.objects.basic_shapes import Rectangle
 from lensbench.core.scenery.objects.material import Material
-from lensbench.core.scenery.objects.planar import Rectangle
 from lensbench.core.scenery.scene import Scene
 from tests.core.imaging.test_animated_transform import DARK, FILM, turned
 

@@ -113,8 +113,8 @@ def test_a_white_world_fades_as_quadrature_says_along_a_radius():
 @pytest.mark.slow
 def test_a_known_grid_lands_where_the_traced_chief_rays_say():
     """Edges of a dark square on white, at 2 m, within 0.1 px of where rays through the stop put them."""
+    from lensbench.core.scenery.objects.basic_shapes import Rectangle
     from lensbench.core.scenery.objects.material import Material
-    from lensbench.core.scenery.objects.planar import Rectangle
     from lensbench.core.scenery.objects.surroundings import Sky
     from lensbench.core.scenery.scene import Scene
 
@@ -167,7 +167,7 @@ def test_the_picture_converges_faster_than_white_noise():
 
 
 def test_depth_is_the_distance_along_the_axis_and_sky_is_infinite():
-    from lensbench.core.scenery.objects.planar import Rectangle
+    from lensbench.core.scenery.objects.basic_shapes import Rectangle
     from lensbench.core.scenery.scene import Scene
 
     scene = Scene("wall", plates=(Rectangle((-150.0, 0.0, -1700.0), (150.0, 0.0, 0.0), (0.0, 200.0, 0.0)),))

@@ -10,9 +10,8 @@ from hypothesis import given, settings, strategies as st
 import lensbench as lb
 from lensbench import lenses
 from lensbench.core.rendering.specular_connection import connect_by_ball, specular_objects, visible_lights
+from lensbench.core.scenery.objects.basic_shapes import Disk, Rectangle, Sphere
 from lensbench.core.scenery.objects.material import Material
-from lensbench.core.scenery.objects.planar import Disk, Rectangle
-from lensbench.core.scenery.objects.sphere import Sphere
 from lensbench.core.scenery.objects.surroundings import Sky
 from lensbench.core.scenery.scene import Scene
 from lensbench.core.scenery.shading.illumination import INDEX

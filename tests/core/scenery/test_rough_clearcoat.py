@@ -16,9 +16,8 @@ from lensbench.core.kernels.block import (
 )
 from lensbench.core.kernels.program import Program
 from lensbench.core.scenery.intersect.sky import SKY
+from lensbench.core.scenery.objects.basic_shapes import Rectangle, Sphere
 from lensbench.core.scenery.objects.material import Material
-from lensbench.core.scenery.objects.planar import Rectangle
-from lensbench.core.scenery.objects.sphere import Sphere
 from lensbench.core.scenery.objects.surroundings import Floor, Sky
 from lensbench.core.scenery.scene import Scene
 from lensbench.core.scenery.shading.rough_clearcoat import lobe_mean, rough_lights, rough_open

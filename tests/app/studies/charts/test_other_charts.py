@@ -14,7 +14,7 @@ from lensbench.app.studies.charts.methods import VARIANTS, focus_panel, image_pa
 from lensbench.app.studies.charts.samplers import COUNTS, DEFAULT, WHITE, gains, samplers, soft_scene, squares
 from lensbench.core.kernels.block import KEYS, PITCH, SAMPLE, TIME, U0, U1, V0, V1, B, Step, X, Y, lane_buffer
 from lensbench.core.kernels.program import Program, run_steps
-from lensbench.core.kernels.tile_order import add_corners
+from lensbench.core.kernels.sampling import add_corners
 from lensbench.core.optics import focus
 
 NARROW = lb.Film(3.0, 2.0, 37, 25)
