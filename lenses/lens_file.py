@@ -55,8 +55,7 @@ def load_document(name_or_path: str | os.PathLike[str]) -> "LensDocument":
     Raises:
         LensFileError: The name is unknown, or the file holds no lens; it names the line.
     """
-    from lensbench.lenses.editing.document import LensDocument
-    from lensbench.lenses.editing.document_text import from_text
+    from lensbench.lenses.editing.document import LensDocument, from_text
 
     path = _path(name_or_path)
     return from_text(_content(path), str(path)) if path.suffix.lower() == ".toml" else LensDocument(load(path))
@@ -99,8 +98,7 @@ def save(lens: "Lens | LensDocument", path: str | os.PathLike[str]) -> tuple[Fin
     Raises:
         LensFileError: No format with this suffix can be written, or the place cannot; or the file would not open again.
     """
-    from lensbench.lenses.editing.document import LensDocument
-    from lensbench.lenses.editing.document_text import lost_edits, with_edits
+    from lensbench.lenses.editing.document import LensDocument, lost_edits, with_edits
 
     path = Path(path)
     writer = writer_of(path)

@@ -94,7 +94,7 @@ def _load(lens: str, stamp: Stamp) -> lb.Lens:
 @lru_cache(maxsize=64)
 def document_of_text(text: str, name: str) -> "LensDocument":
     """The document of an edited lens's text; name: of the original lens, or its file. LensFileError or OSError."""
-    from lensbench.lenses.editing.document_text import from_text
+    from lensbench.lenses.editing.document import from_text
 
     return from_text(text, folder=Path(name).parent if Path(name).suffix else None)
 

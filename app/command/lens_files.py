@@ -84,8 +84,7 @@ def convert(arguments: argparse.Namespace) -> int:
     from lensbench import lenses
     from lensbench.app.bench.zoom import positioned
     from lensbench.core.optics.lens_surface import LensError
-    from lensbench.lenses.editing.document import EditError, LensDocument
-    from lensbench.lenses.editing.document_text import lost_edits
+    from lensbench.lenses.editing.document import EditError, LensDocument, lost_edits
     from lensbench.lenses.editing.elements import reversed_lens
     from lensbench.lenses.editing.structure import scaled
     from lensbench.lenses.tables.stations import at_one_position

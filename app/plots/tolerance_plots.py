@@ -161,8 +161,7 @@ def with_copy(settings: Settings, within: Tolerances, number: int) -> Settings:
 
     ValueError or OSError where there is nothing to copy.
     """
-    from lensbench.lenses.editing.document import LensDocument
-    from lensbench.lenses.editing.document_text import to_text
+    from lensbench.lenses.editing.document import LensDocument, to_text
 
     asked = query(settings)
     run = five_of(_lens(asked), asked.bench.film, within, asked.wavelengths or None)

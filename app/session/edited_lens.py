@@ -17,8 +17,7 @@ from lensbench.app.bench.build import document_of_text, prescription, published
 from lensbench.app.scenes.file_cache import Stamp, file_stamp, keeps_last_good
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.finding import Finding, Kind
-from lensbench.lenses.editing.document import EditError, LensDocument
-from lensbench.lenses.editing.document_text import to_text
+from lensbench.lenses.editing.document import EditError, LensDocument, to_text
 from lensbench.lenses.editing.solves import settled
 from lensbench.lenses.editing.structure import kept_in_focus, scaled
 

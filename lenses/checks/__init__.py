@@ -15,11 +15,11 @@ from lensbench.core.optics.finding import Change, Finding, Kind, Severity, note
 from lensbench.core.optics.glass import GlassError
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import significant
-from lensbench.lenses.checks.aspheres import vanishing_terms
 from lensbench.lenses.checks.causes import cause_findings, symptom_findings
 from lensbench.lenses.checks.figures import digit_findings
 from lensbench.lenses.checks.geometry import fabrication_findings, geometry_findings
 from lensbench.lenses.checks.glasses import glass_findings
+from lensbench.lenses.checks.hypotheses import vanishing_terms
 from lensbench.lenses.checks.near_object import near_findings
 from lensbench.lenses.checks.positions import position_findings
 from lensbench.lenses.checks.single_change import glass_causes

@@ -17,12 +17,11 @@ from lensbench.core.optics.finding import Finding, Kind, Severity
 from lensbench.core.optics.paraxial import first_order
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import significant
-from lensbench.lenses.checks import aspheres, single_change, stop, surroundings
+from lensbench.lenses.checks import hypotheses, single_change
 from lensbench.lenses.checks.axial_beam import allowed_blur, axial_beam, ray_findings
 from lensbench.lenses.checks.figures import field_findings, figure_findings, lit_field
 from lensbench.lenses.checks.geometry import geometry_findings
-from lensbench.lenses.checks.hypothesis import Hypothesis
-from lensbench.lenses.checks.stop import stop_findings
+from lensbench.lenses.checks.hypotheses import Hypothesis, stop_findings
 
 
 def symptom_findings(lens: Lens) -> list[Finding]:
@@ -95,10 +94,10 @@ def _hypotheses(lens: Lens, before: set[Kind]) -> Iterator[Hypothesis]:
     """The hypotheses that could explain findings of these kinds."""
     if before & (PARAXIAL | OPTICAL | SHAPES):
         yield from single_change.hypotheses(lens)
-        yield from surroundings.hypotheses(lens)
-        yield from aspheres.hypotheses(lens)
+        yield from hypotheses.surrounding_hypotheses(lens)
+        yield from hypotheses.aspheric_hypotheses(lens)
     if before & {Kind.F_NUMBER, Kind.STOP, Kind.FIELD}:
-        yield from stop.hypotheses(lens)
+        yield from hypotheses.stop_hypotheses(lens)
 
 
 def _judge(lens: Lens, hypothesis: Hypothesis, before: set[Kind]) -> _Judged | None:

@@ -16,7 +16,7 @@ from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.scalar_trace import Fate, Trace, trace
 from lensbench.core.text import fixed, significant
 from lensbench.lenses.checks.axial_beam import SHARES, WORDS, allowed_blur
-from lensbench.lenses.checks.hypothesis import with_surface
+from lensbench.lenses.checks.hypotheses import with_surface
 
 SEARCHED = np.linspace(0.02, 1.3, 65)       # of the slope to the rim of the paraxial entrance pupil
 INNER = 0.9             # of the aperture's radius: outer rays of a fast lens may fail nearer than it was meant for

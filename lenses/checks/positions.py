@@ -14,7 +14,7 @@ from lensbench.core.text import significant
 from lensbench.lenses.checks.axial_beam import ray_findings
 from lensbench.lenses.checks.figures import BACK_FOCUS, figure_findings
 from lensbench.lenses.checks.geometry import geometry_findings
-from lensbench.lenses.checks.stop import stop_findings
+from lensbench.lenses.checks.hypotheses import stop_findings
 from lensbench.lenses.tables.paraxial import FAR, object_distance
 
 DISTANCE = 0.15         # of the stated one: engraved distances are nominal, of published lenses 1 m is 1.11 m

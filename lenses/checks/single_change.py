@@ -20,7 +20,7 @@ from lensbench.core.optics.paraxial import first_order, ray_matrix
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import significant
 from lensbench.lenses.checks.glasses import distance_to_known
-from lensbench.lenses.checks.hypothesis import Hypothesis, with_surface
+from lensbench.lenses.checks.hypotheses import Hypothesis, with_surface
 
 BELIEVED = {"sign": 3e-3, "point": 2e-3, "swapped digits": 2e-3, "digit": 1e-3}     # misfit, of the focal length
 RARITY = {"sign": 1.0, "point": 2.0, "swapped digits": 3.0, "digit": 5.0}

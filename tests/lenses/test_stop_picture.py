@@ -11,8 +11,7 @@ from PIL import Image as Picture
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
-from lensbench.lenses.editing.document import LensDocument
-from lensbench.lenses.editing.document_text import from_text, to_text
+from lensbench.lenses.editing.document import LensDocument, from_text, to_text
 from lensbench.lenses.editing.faults import faults
 from lensbench.lenses.stop_picture import read_picture
 

@@ -10,8 +10,7 @@ import lensbench as lb
 from lensbench import AIR, Glass, Surface, lenses
 from lensbench.core.optics.finding import Kind
 from lensbench.lenses.editing import cells, elements, structure
-from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve
-from lensbench.lenses.editing.document_text import from_text, lost_edits, to_text
+from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, Solve, from_text, lost_edits, to_text
 from lensbench.lenses.editing.faults import faults
 from lensbench.lenses.file_error import LensFileError
 from tests.lenses.editing import oracle

@@ -7,8 +7,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.lenses.editing import elements, structure
-from lensbench.lenses.editing.document import EditError, LensDocument
-from lensbench.lenses.editing.document_text import from_text, to_text
+from lensbench.lenses.editing.document import EditError, LensDocument, from_text, to_text
 from lensbench.lenses.editing.elements import body_at, with_pose
 
 START = LensDocument(lenses.load("lenshh-cooke-triplet-50"))
