@@ -21,8 +21,7 @@ from lensbench.core.lazy import lazy_names
 
 if TYPE_CHECKING:               # the public names; each is imported when it is first used
     from lensbench.app.notebook.cards import show
-    from lensbench.app.notebook.picture import Picture, develop, save
-    from lensbench.app.notebook.render import load_scene, render
+    from lensbench.app.notebook.render import Picture, develop, load_scene, render, save
     from lensbench.core import analysis
     from lensbench.core.analysis.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel
     from lensbench.core.analysis.distortion import Distortion, distortion, distortion_grid

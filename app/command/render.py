@@ -53,9 +53,8 @@ def render(arguments: argparse.Namespace) -> int:
     import lensbench as lb
     from lensbench.app.bench.build import wavelength_remark
     from lensbench.app.bench.camera_kinds import camera
-    from lensbench.app.command.ignored_options import LINEAR
     from lensbench.app.command.lens_options import say
-    from lensbench.app.command.options import settings_from
+    from lensbench.app.command.options import LINEAR, settings_from
     from lensbench.app.scenes.scene_file import cached_scene
     from lensbench.app.session.picture_render import export_render, kept_path
     from lensbench.app.session.states import save_settings

@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.notebook.picture import DEVELOPED, checked, png
-from lensbench.app.notebook.render import notebook_display, render
+from lensbench.app.notebook.render import DEVELOPED, checked, notebook_display, png, render
 from lensbench.app.plots.section import elements, surface_curves
 from lensbench.core.text import fixed, significant
 

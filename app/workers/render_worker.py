@@ -16,8 +16,9 @@ from typing import Any
 import numpy as np
 
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers.picture_before import PictureBefore, PictureLights
-from lensbench.app.workers.render_job import AutomaticModel, Failure, Finished, RenderJob, RenderUpdate, prepare
+from lensbench.app.workers.render_job import (
+    AutomaticModel, Failure, Finished, PictureBefore, PictureLights, RenderJob, RenderUpdate, prepare
+)
 from lensbench.app.workers.task import Task, lower_priority, thread_count
 
 FIRST_SECONDS = 0.15        # for a first pass once started, so that pictures appear even during a drag

@@ -31,7 +31,9 @@ from numba.core.dispatcher import Dispatcher
 import lensbench as lb
 from lensbench import app, core, lenses
 from lensbench.app.scenes.sky_picture import read_hdr
+from lensbench.app.session.export import replacing
 from lensbench.app.workers.kernel import Kernel
+from lensbench.app.workers.task import thread_count
 from lensbench.core.kernels import cache
 from lensbench.core.kernels.program import stage_signature
 from lensbench.core.rendering.sample_allocation import EVEN
@@ -249,38 +251,45 @@ def asked(listed: Path) -> None:
     listed.write_bytes(pickle.dumps(kernels))
 
 
-def compiled(kernels: list[Kernel], archive: Path) -> None:
-    """Compile these kernels for the level of this process, and pack their files into an archive."""
-    files = {kernel.compile() for kernel in kernels}
-    partial_file = archive.with_suffix(".part")
-    with zipfile.ZipFile(partial_file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
-        for file in sorted(files):
-            packed.write(file, file.name)
-    partial_file.replace(archive)
-
-
 def main(folder: Path) -> None:
-    """Compile and pack the kernels of every level."""
+    """Compile and pack the kernels of every level.
+
+    As many processes as there are cores compile each level, neighbours in the list together, for these call the same
+    functions. On the machine of the tests the kernels of its own level are there, and all cores have the other level.
+    """
     folder.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder_of_list:
-        listed = Path(folder_of_list) / "kernels"
-        command = [sys.executable, "-m", "lensbench.app.workers.shipped_kernels"]
-        for _ in range(2):
+    command = [sys.executable, "-m", "lensbench.app.workers.shipped_kernels"]
+    with tempfile.TemporaryDirectory() as scratch:
+        listed, kept = Path(scratch) / "kernels", None
+        while kept != (stored := {*cache.folder.glob("*.kernel")}):     # once more where kernels were compiled
+            kept = stored
             if subprocess.run([*command, "--asked", str(listed)]).returncode:
                 sys.exit("the kernels could not be listed")
-        working = [subprocess.Popen([*command, str(folder / f"{level}.zip"), str(listed)],
-                                    env={**os.environ, "LENSBENCH_LEVEL": level}) for level in cache.LEVELS]
-        if any([process.wait() for process in working]):
+        shares = [f"{i}/{thread_count()}" for i in range(thread_count())]
+        working = {level: [subprocess.Popen([*command, "--compile", str(listed), share], stdout=subprocess.PIPE,
+                                            text=True, env={**os.environ, "LENSBENCH_LEVEL": level})
+                           for share in shares] for level in cache.LEVELS}
+        files = {level: {Path(line) for process in processes for line in process.communicate()[0].splitlines()}
+                 for level, processes in working.items()}
+        if any(process.returncode for processes in working.values() for process in processes):
             sys.exit("the kernels could not be compiled")
     for level in cache.LEVELS:
-        print(f"{folder / level}.zip: {fixed((folder / f'{level}.zip').stat().st_size / 1e6, 1)} MB")
+        archive = folder / f"{level}.zip"
+        with replacing(archive) as partial_file, zipfile.ZipFile(
+                partial_file, "w", zipfile.ZIP_DEFLATED, compresslevel=9) as packed:
+            for file in sorted(files[level]):
+                packed.write(file, file.name)
+        print(f"{archive}: {fixed(archive.stat().st_size / 1e6, 1)} MB")
 
 
 if __name__ == "__main__":
     match sys.argv[1:]:
         case ["--asked", listed]:
             asked(Path(listed))
-        case [archive, listed]:
-            compiled(pickle.loads(Path(listed).read_bytes()), Path(archive))
+        case ["--compile", listed, share]:
+            index, count = map(int, share.split("/"))
+            kernels = pickle.loads(Path(listed).read_bytes())
+            ends = [len(kernels) * k // count for k in (index, index + 1)]
+            print("\n".join(str(path) for path in [kernel.compile() for kernel in kernels[slice(*ends)]]))
         case [folder]:
             main(Path(folder))

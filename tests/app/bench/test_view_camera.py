@@ -12,7 +12,7 @@ from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.constraints import constrained, with_equivalent_film
 from lensbench.app.bench.focus_plane import focused_at, in_section, leans, seen_from, sentence, sharp_focus
-from lensbench.app.command.ignored_options import remarks
+from lensbench.app.command.options import remarks
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.plots.blur import Blur
 from lensbench.app.plots.pixel_spot import spot_of

@@ -11,7 +11,7 @@ import lensbench as lb
 from lensbench.app.bench.auto_model import choose
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.settings.settings import Settings
-from lensbench.app.workers import compilers, picture_before, render_job, render_worker as module
+from lensbench.app.workers import compilers, render_job, render_worker as module
 from lensbench.app.workers.render_worker import PAUSED_SAMPLES, RenderWorker
 
 SMALL = replace(Settings(), pixels_x=96, pixels_y=64, samples=8)
@@ -281,14 +281,14 @@ def test_lights_are_traced_at_once_after_a_rest_and_seldom_while_a_dial_is_dragg
     worker = start(PLAIN)
     settled(worker)
     assert len(traced) == 1
-    monkeypatch.setattr(picture_before, "LIGHT_SECONDS", 600.0)
+    monkeypatch.setattr(render_job, "LIGHT_SECONDS", 600.0)
     monkeypatch.setattr(module, "REST_SECONDS", 2.0)
     for i in range(1, 7):
         moved(worker, i)
     assert len(traced) == 1
     settled(worker)                                         # at rest: its own light
     assert len(traced) == 2 and traced[1][0].camera is not traced[0][0].camera
-    monkeypatch.setattr(picture_before, "LIGHT_SECONDS", 0.0)   # long after the last ones: at once, and during a drag
+    monkeypatch.setattr(render_job, "LIGHT_SECONDS", 0.0)   # long after the last ones: at once, and during a drag
     monkeypatch.setattr(module, "REST_SECONDS", 600.0)
     moved(worker, 7)
     wait(lambda: len(traced) == 3)
@@ -297,7 +297,7 @@ def test_lights_are_traced_at_once_after_a_rest_and_seldom_while_a_dial_is_dragg
 def test_lights_wait_for_the_panels(start, traced, monkeypatch):
     worker = start(PLAIN)
     settled(worker)
-    monkeypatch.setattr(picture_before, "LIGHT_SECONDS", 0.0)
+    monkeypatch.setattr(render_job, "LIGHT_SECONDS", 0.0)
     monkeypatch.setattr(module, "HOLD_SECONDS", 600.0)
     moved(worker, 1, followed=False)
     sleep(0.2)
@@ -307,7 +307,7 @@ def test_lights_wait_for_the_panels(start, traced, monkeypatch):
 
 
 def test_lights_leave_the_processors_to_the_first_picture_of_other_settings(start, traced, monkeypatch):
-    monkeypatch.setattr(picture_before, "LIGHT_SECONDS", 600.0)
+    monkeypatch.setattr(render_job, "LIGHT_SECONDS", 600.0)
     worker = start(PLAIN)
     settled(worker)
     is_wanted, free, add, answers = traced[0][3], threading.Event(), lb.Rendering.add, []
