@@ -460,6 +460,7 @@ def test_the_example_of_the_readme_runs_as_it_stands(capsys):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_commands_of_the_pages_are_understood(viewed, rendered, monkeypatch, tmp_path, capsys):
     import numpy as np
 

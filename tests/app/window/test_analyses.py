@@ -58,6 +58,7 @@ def test_a_layout_is_chosen_and_the_bench_comes_back(drive):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_each_panel_shows_a_figure_whose_data_are_copied_and_says_why_there_is_none(drive):
     def use(hand):
         hand.picture()
@@ -208,6 +209,7 @@ def test_a_figure_is_saved_where_the_dialog_says(drive, tmp_path, monkeypatch):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_the_figure_of_every_panel_is_drawn_into_a_file_and_its_numbers_are_saved(drive, tmp_path):
     def use(hand):
         hand.picture()
@@ -252,6 +254,7 @@ def test_a_is_behind_b_in_the_plots_while_both_are_compared(drive):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_every_panel_compares_a_and_b_and_is_read_everywhere(drive):
     """Ghosts failed: its table read the column that names the lens as a number."""
     def use(hand):

@@ -8,6 +8,7 @@ import pytest
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_run_of_first_uses_in_a_process_without_kernels():
     done = subprocess.run([sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider",
                            str(Path(__file__).with_name("first_uses.py"))], capture_output=True, text=True,

@@ -28,6 +28,7 @@ def test_most_random_edits_change_the_lens_and_what_they_make_is_read_again():
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_impossible_lenses_end_without_a_failure():
     done = subprocess.run([sys.executable, "-m", "trials.impossible_lenses", "--minutes", "0.5", "--seed", "2"],
                           capture_output=True, text=True, timeout=300)

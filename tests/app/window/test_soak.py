@@ -21,6 +21,7 @@ def test_growth_is_the_slope_of_the_samples_after_a_time_with_its_error():
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_a_tour_and_random_use_end_without_a_failure():
     done = subprocess.run([sys.executable, "-m", "trials.soak", "--minutes", "2.5", "--hurry", "--seed", "3"],
                           capture_output=True, text=True, timeout=400)

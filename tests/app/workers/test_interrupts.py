@@ -8,6 +8,7 @@ import pytest
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_interrupted_renders_end_without_a_failure():
     done = subprocess.run([sys.executable, "-m", "trials.interrupts", "--times", "30", "--varieties", "2",
                            "--seed", "3"], capture_output=True, text=True, timeout=1500)

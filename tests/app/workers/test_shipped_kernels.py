@@ -27,6 +27,7 @@ def test_the_functions_that_python_code_names_are_found_and_their_parts_are_not(
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_every_one_of_them_is_asked_for_where_a_wheel_is_built(tmp_path):
     """The wheel lacked seven: those of tolerances, of single rays, and of distances to meshes."""
     subprocess.run([sys.executable, "-m", "lensbench.app.workers.shipped_kernels", "--asked", str(tmp_path / "listed")],
