@@ -17,7 +17,7 @@ from lensbench.app.bench.build import Bench, bench_of
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.bench.readouts import blur_limit
 from lensbench.app.bench.water_window import port_index, port_of
-from lensbench.app.scenes.file_cache import Stamp, file_stamp
+from lensbench.app.scenes.asset_files import Stamp, file_stamp
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_angle, format_distance, format_length
 from lensbench.core.analysis.depth_over_field import beams
@@ -35,14 +35,20 @@ TOO_NEAR = "It lies nearer than the nearest focus here"
 UNLIT = "No light here: focused as at the middle"
 
 
+def film_position(settings: Settings, raster: Place) -> tuple[float, float, float]:
+    """The film point of a raster point, lens frame from the film's middle: upside down on the film."""
+    film = settings.film
+    x, y = (0.5 - raster[0] / film.pixels_x) * film.width, (raster[1] / film.pixels_y - 0.5) * film.height
+    if settings.film_pose.is_upright:
+        return x, y, 0.0
+    x, y, z = settings.film_pose.points(np.array([(x, y)]))[0].tolist()
+    return x, y, z
+
+
 def seen_from(settings: Settings, raster: Place) -> tuple[Bench, Place]:
     """The lens in front of the film point of a raster point: with that point's own film distance, and its x, y."""
-    film, built = settings.film, bench_of(settings)
-    film_xy = (0.5 - raster[0] / film.pixels_x) * film.width, (raster[1] / film.pixels_y - 0.5) * film.height
-    if settings.film_pose.is_upright:
-        return built, film_xy
-    x, y, z = settings.film_pose.points(np.array([film_xy]))[0].tolist()
-    return replace(built, film_distance=built.film_distance + z), (x, y)
+    built, (x, y, z) = bench_of(settings), film_position(settings, raster)
+    return (replace(built, film_distance=built.film_distance + z) if z else built), (x, y)
 
 
 def leans(settings: Settings) -> bool:

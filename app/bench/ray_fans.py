@@ -42,6 +42,16 @@ class Ray:
     end: str
     surface: int = -1
 
+    @classmethod
+    def passing(cls, path: np.ndarray, kind: str) -> "Ray":
+        """A ray that reaches the film."""
+        return cls(path, kind, f"{kind} ray".lstrip())
+
+
+def ray_kind(k: int, count: int) -> str:
+    """The kind of ray k of so many in a fan that reach the film."""
+    return "chief" if k == count // 2 else "marginal" if k in (0, count - 1) else ""
+
 
 @dataclass(frozen=True, eq=False)
 class Fan:
@@ -170,8 +180,7 @@ def _ray(lens: lb.Lens, film_z: float, trace: lb.Trace, i: int, surface: int, ki
     if fate == lb.Fate.PASSED:
         direction, point = trace.directions[i], trace.points[i]
         run = (film_z - point[2]) / direction[2]
-        return Ray(np.concatenate([path, [[film_z, point[1] + run * direction[1]]]]), kind,
-                   f"{kind} ray" if kind else "ray")
+        return Ray.passing(np.concatenate([path, [[film_z, point[1] + run * direction[1]]]]), kind)
     path = path[np.isfinite(path[:, 0])]
     return Ray(path, "dead", end_text(lens, lb.Fate(fate), surface), surface) if _near_the_glass(lens, path) else None
 
@@ -320,6 +329,5 @@ def ideal_fan(name: str, height: float, efl: float, front: float, rear: float, f
         y = (at_pupil - reach * tilt) / (1.0 + reach * nearness)
         slope = y * nearness + tilt
         path = np.array([[beginning, y + slope * (beginning - front)], [front, y], [rear, y], [film_z, height]])
-        kind = "chief" if count == 1 or k == count // 2 else "marginal" if k in (0, count - 1) else ""
-        rays.append(Ray(path, kind, f"{kind} ray".strip() if kind else "ray"))
+        rays.append(Ray.passing(path, ray_kind(k, count)))
     return Fan(name, height, tuple(rays))

@@ -14,8 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.bench.build import VISIBLE, FocusPosition, bench_of, design, picture_wavelength, published
-from lensbench.app.bench.coating import coating
+from lensbench.app.bench.build import VISIBLE, FocusPosition, bench_of, coating, design, picture_wavelength, published
 from lensbench.app.bench.ray_fans import lit_radius
 from lensbench.app.bench.water_window import nearest_in_focus, true_focus
 from lensbench.app.settings.settings import Settings

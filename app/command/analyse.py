@@ -13,13 +13,13 @@ from lensbench.app.command.options import add_picture_options, read_film, read_s
 from lensbench.app.command.output import UsageError, print_json, progress, save_json
 from lensbench.app.drawing.sheet import write_figures
 from lensbench.app.plots.aperture_plots import Stack
-from lensbench.app.plots.bokeh_plots import Ripple, ripple_surface
 from lensbench.app.plots.catalogue import ANALYSES
+from lensbench.app.plots.light_plots import Ripple, ripple_surface
 from lensbench.app.plots.point_plots import FINEST
 from lensbench.app.plots.query import query, read_fields, read_wavelengths, with_own
 from lensbench.app.session.export import check_writable
 from lensbench.app.session.states import carries_settings
-from lensbench.app.settings.lens_settings import AUTO
+from lensbench.app.settings.camera_facts import AUTO
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import read_distance
 from lensbench.core.analysis.onion_rings import check_ripple_surface

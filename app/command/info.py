@@ -39,11 +39,10 @@ def add_info_options(parser: argparse.ArgumentParser) -> None:
 def info(arguments: argparse.Namespace) -> int:
     """Print what is known of a lens, as text or JSON."""
     import lensbench as lb
-    from lensbench.app.bench.build import design, picture_wavelength, published
-    from lensbench.app.bench.coating import coating
+    from lensbench.app.bench.build import coating, design, picture_wavelength, published
     from lensbench.app.bench.lens_choice import USUAL, own_film
     from lensbench.app.bench.zoom import positioned, station_lines, stations
-    from lensbench.app.settings.lens_settings import AUTO
+    from lensbench.app.settings.camera_facts import AUTO
     from lensbench.app.settings.settings import Settings
     from lensbench.app.settings.text_values import format_distance
     from lensbench.lenses.tables.paraxial import is_d_line

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import Field, fields
 from typing import Any
 
-from lensbench.app.settings.lens_settings import LensSettings
+from lensbench.app.settings.camera_facts import LensSettings
 from lensbench.app.settings.setting import spec
 from lensbench.app.settings.text_values import read_aperture, read_close, read_zoom
 from lensbench.core.text import escaped

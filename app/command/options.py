@@ -11,9 +11,8 @@ from difflib import get_close_matches
 from pathlib import Path
 from typing import NamedTuple
 
-from lensbench.app.bench.build import design, stop_picture
+from lensbench.app.bench.build import design, missing_ghost, stop_picture
 from lensbench.app.bench.camera_kinds import MAKERS
-from lensbench.app.bench.coating import missing_ghost
 from lensbench.app.bench.constraints import (
     beyond_view, constrained, full_view, with_camera, with_field_of_view, with_film, with_layout
 )
@@ -23,8 +22,7 @@ from lensbench.app.bench.readouts import colours
 from lensbench.app.bench.zoom import asked_zoom
 from lensbench.app.command.lens_options import add_lens_options, add_setting, dest, option, say
 from lensbench.app.scenes.scene_file import cached_scene
-from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS
-from lensbench.app.settings.lens_settings import LensSettings
+from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS, LensSettings
 from lensbench.app.settings.setting import SettingsError, spec
 from lensbench.app.settings.setting_table import SHAPES
 from lensbench.app.settings.settings import Settings

@@ -18,9 +18,9 @@ from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph, toggles
 from lensbench.app.drawing.plot_painter import Drawn, draw_figure
+from lensbench.app.plots.comparison import with_ghost
 from lensbench.app.plots.plot import DASHED, DOTTED, Axis, Curve, Figure, Plot, Table, light_limit
 from lensbench.app.plots.ray_plots import distortion_words, film_distortion, grid_plot
-from lensbench.app.plots.reference_plot import with_ghost
 from lensbench.app.settings.settings import Settings
 from lensbench.core.analysis.distortion import Distortion
 from lensbench.core.analysis.vignetting import Falloff

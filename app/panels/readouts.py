@@ -6,13 +6,12 @@ from dataclasses import dataclass, replace
 from imgui_bundle import ImVec2, imgui
 
 import lensbench as lb
-from lensbench.app.bench.build import design, focus_text, picture_wavelength, published
+from lensbench.app.bench.build import coating, design, focus_text, picture_wavelength, published
 from lensbench.app.bench.camera_kinds import readings
-from lensbench.app.bench.coating import coating
-from lensbench.app.bench.comparison import difference
 from lensbench.app.bench.readouts import SOFT, Readings, colours
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph
+from lensbench.app.plots.comparison import difference
 from lensbench.app.settings.setting_table import LIMITS
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_angle, format_distance, format_length

@@ -10,8 +10,7 @@ import lensbench as lb
 from lensbench.app.plots.plot import (
     DASHED, DOTTED, SOLID, Axis, Curve, Figure, Plot, Table, light_limit, reach, wavelength_name
 )
-from lensbench.app.plots.query import Query
-from lensbench.app.plots.rims import with_rims
+from lensbench.app.plots.query import Query, with_rims
 from lensbench.app.settings.text_values import format_distance
 from lensbench.core.analysis.aperture_curves import breathing, focus_shift, relative_illumination
 from lensbench.core.analysis.axial_curves import chromatic_focal_shift, longitudinal_aberration

@@ -22,7 +22,7 @@ from lensbench.app.bench.camera_kinds import focused_lens, readings
 from lensbench.app.bench.focus_plane import lens_leans
 from lensbench.app.bench.readouts import Readings, blur_limit
 from lensbench.app.bench.water_window import port_of
-from lensbench.app.scenes.file_cache import Stamp, file_stamp
+from lensbench.app.scenes.asset_files import Stamp, file_stamp
 from lensbench.app.settings.dial_scales import WHOLE_STOPS
 from lensbench.app.settings.settings import Settings
 from lensbench.core.analysis.depth_over_field import Beams, beams

@@ -7,9 +7,8 @@ from typing import NamedTuple
 from lensbench.app.plots.aperture_plots import (
     axial_figure, breathing_figure, focus_shift_figure, illumination_figure, stack_figure
 )
-from lensbench.app.plots.bokeh_plots import bokeh_figure, star_figure
 from lensbench.app.plots.field_plots import depth_figure, field_figure
-from lensbench.app.plots.ghost_plots import ghosts_figure
+from lensbench.app.plots.light_plots import bokeh_figure, ghosts_figure, star_figure
 from lensbench.app.plots.plot import Figure
 from lensbench.app.plots.point_plots import (
     encircled_figure, line_spread_figure, mtf_field_figure, mtf_frequency_figure, mtf_map_figure, psf_figure

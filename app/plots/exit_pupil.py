@@ -13,6 +13,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.bench.ray_fans import blockers
+from lensbench.core.lens_models.polynomial import SPREAD
 
 SAMPLES = 512                   # of the box
 UP = 0.5 * math.pi              # azimuth of a film point on +y
@@ -46,6 +47,11 @@ class BoxSamples:
         return float(self.passes.mean()) if len(self.passes) else 0.0
 
 
+def even_points(count: int) -> np.ndarray:
+    """Points (n, 2) spread evenly over the unit square, without visible rows: the R2 sequence of Roberts (2018)."""
+    return np.outer(np.arange(1, count + 1), SPREAD) % 1.0
+
+
 def turn(lens: lb.Lens, film_xy: tuple[float, float]) -> np.ndarray:
     """Rotation (2, 2) about the axis that brings a film point (mm) to (0, +r); the identity for a lens without
     rotational symmetry.
@@ -72,14 +78,23 @@ def region(lens: lb.Lens, film_distance: float, film_radius: float, azimuth: flo
     azimuth: of the film point (radians); it matters for a stop with blades and for a lens without
     rotational symmetry.
     """
-    symmetric = lens.iris.is_round and lens.is_rotationally_symmetric
-    return _region(lens, film_distance, film_radius, UP if symmetric else azimuth)
+    return _region(lens, film_distance, film_radius, UP if _is_round(lens) else azimuth)
+
+
+def region_of(lens: lb.Lens, film_distance: float, film_xy: tuple[float, float]) -> Region:
+    """The region of a film point (x, y), mm; as `region`."""
+    return region(lens, film_distance, math.hypot(*film_xy), math.atan2(film_xy[1], film_xy[0]))
+
+
+def _is_round(lens: lb.Lens) -> bool:
+    """Whether the azimuth of a film point does not count."""
+    return lens.iris.is_round and lens.is_rotationally_symmetric
 
 
 @lru_cache(maxsize=64)
 def _region(lens: lb.Lens, film_distance: float, film_radius: float, azimuth: float) -> Region:
     dark = Region(film_radius, np.zeros((0, 2)), (0.0, 0.0, 0.0, 0.0), 0.0)
-    if lens.iris.is_round and lens.is_rotationally_symmetric:
+    if _is_round(lens):
         pupil = lb.exit_pupil(lens, film_distance, [film_radius])
         if not pupil.area[0] > 0.0:
             return dark
@@ -98,8 +113,7 @@ def _region(lens: lb.Lens, film_distance: float, film_radius: float, azimuth: fl
 
 def box_samples(lens: lb.Lens, film_distance: float, film_radius: float, azimuth: float = UP) -> BoxSamples:
     """Evenly spread samples of the bounding box, which pbrt samples, traced from the film point; see `region`."""
-    symmetric = lens.iris.is_round and lens.is_rotationally_symmetric
-    return _box_samples(lens, film_distance, film_radius, UP if symmetric else azimuth)
+    return _box_samples(lens, film_distance, film_radius, UP if _is_round(lens) else azimuth)
 
 
 @lru_cache(maxsize=16)
@@ -107,9 +121,7 @@ def _box_samples(lens: lb.Lens, film_distance: float, film_radius: float, azimut
     outlined = region(lens, film_distance, film_radius, azimuth)
     if outlined.area <= 0.0:
         return BoxSamples(np.zeros((0, 2)), np.zeros(0, bool), np.zeros(0, int))
-    # The R2 sequence: even, without visible rows
-    k = np.arange(1, SAMPLES + 1)
-    uv = np.stack([k * 0.7548776662466927, k * 0.5698402909980532], axis=1) % 1.0
+    uv = even_points(SAMPLES)
     x0, y0, x1, y1 = outlined.box
     points = [x0, y0] + uv * [x1 - x0, y1 - y0]
     film_xy = film_point(film_radius, azimuth)

@@ -15,8 +15,7 @@ import lensbench as lb
 from lensbench.app.plots.plot import (
     DASHED, DOTTED, SOLID, Area, Axis, Curve, Figure, Plot, Table, dash_of, reach, wavelength_name
 )
-from lensbench.app.plots.query import Query
-from lensbench.app.plots.rims import with_rims
+from lensbench.app.plots.query import Query, with_rims
 from lensbench.app.settings.text_values import format_distance
 from lensbench.core.analysis.depth_over_field import FieldDepth, field_depth
 from lensbench.core.analysis.grids.traced_grid import RayGrid, close_foci

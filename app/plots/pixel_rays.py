@@ -20,12 +20,12 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.bench.build import Bench, bench_of
 from lensbench.app.bench.camera_kinds import camera, readings
-from lensbench.app.bench.focus_plane import seen_from
-from lensbench.app.bench.ray_fans import DARK, Fan, Ray, blockers, end_text, ideal_fan, ideal_lens_fan
+from lensbench.app.bench.focus_plane import film_position, seen_from
+from lensbench.app.bench.ray_fans import DARK, Fan, Ray, blockers, end_text, ideal_fan, ideal_lens_fan, ray_kind
 from lensbench.app.bench.water_window import port_of
-from lensbench.app.plots.exit_pupil import from_film, region, turn
+from lensbench.app.plots.exit_pupil import even_points, from_film, region_of, turn
 from lensbench.app.plots.section import quarter_turned
-from lensbench.app.scenes.file_cache import Stamp, file_stamp
+from lensbench.app.scenes.asset_files import Stamp, file_stamp
 from lensbench.app.scenes.scene_file import SceneFileError, cached_scene, scene_stamp
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_distance
@@ -141,8 +141,7 @@ def _still_camera(settings: Settings, lens: Stamp) -> lb.Camera:
 @lru_cache(maxsize=8)
 def _beam(settings: Settings, raster: Place, lens: Stamp, scene: tuple[Stamp, ...]) -> Beam:
     of = _still_camera(settings.optics, lens)
-    edge, k = np.linspace(0.0, 1.0, RIM), np.arange(1, LIGHT + 1)
-    inner = np.column_stack([k * 0.7548776662466927, k * 0.5698402909980532]) % 1.0     # Roberts 2018
+    edge, inner = np.linspace(0.0, 1.0, RIM), even_points(LIGHT)
     rim = np.concatenate([np.column_stack([edge, np.full(RIM, side)][::turn]) for side in (0.0, 1.0)
                           for turn in (1, -1)])
     uv = np.concatenate([[of.pupil_centre], inner, rim])
@@ -270,12 +269,7 @@ INSIDE = 1.0 - 1e-5             # of the way to the outline, whose chords and bi
 
 def film_place(settings: Settings, raster: Place) -> Place:
     """The film point (x, y) in mm of a raster point, lens frame: upside down on the film."""
-    film = settings.film
-    film_xy = (0.5 - raster[0] / film.pixels_x) * film.width, (raster[1] / film.pixels_y - 0.5) * film.height
-    if settings.film_pose.is_upright:
-        return film_xy
-    x, y, _ = settings.film_pose.points(np.array([film_xy]))[0].tolist()
-    return x, y
+    return film_position(settings, raster)[:2]
 
 
 def pixel_fan(settings: Settings, raster: Place, above: bool = False) -> Fan:
@@ -310,7 +304,7 @@ def _perspective_fan(settings: Settings, radius: float) -> Fan:
 @lru_cache(maxsize=8)
 def _traced_fan(lens: lb.Lens, film_distance: float, film_xy: Place) -> Fan:
     radius = math.hypot(*film_xy) if lens.is_rotationally_symmetric else film_xy[1]
-    pupil = region(lens, film_distance, math.hypot(*film_xy), math.atan2(film_xy[1], film_xy[0]))
+    pupil = region_of(lens, film_distance, film_xy)
     if pupil.area <= 0.0:
         return Fan("pixel", radius, (), DARK)
     back = turn(lens, film_xy)
@@ -334,13 +328,12 @@ def _traced_fan(lens: lb.Lens, film_distance: float, film_xy: Place) -> Fan:
     trace = from_film(lens, film_distance, film_xy, rear(offsets), record=True)
     ended = blockers(lens, trace, forward=False)
     assert trace.paths is not None
-    far = _upright(trace.points + _beginning(lens, film_distance) * trace.directions, back)
+    far = _upright(trace.points + beginning_before(lens, film_distance) * trace.directions, back)
     paths, rays = _upright(trace.paths, back), []
     for i, passes in enumerate(trace.fate == lb.Fate.PASSED):
         path = np.concatenate([far[i:i + 1], paths[i, ::-1]]) if passes else paths[i, np.isfinite(paths[i, :, 0])]
         if passes:
-            kind = "chief" if i == COUNT // 2 else "marginal" if i in (0, COUNT - 1) else ""
-            rays.append(Ray(path, kind, f"{kind} ray".strip() if kind else "ray"))
+            rays.append(Ray.passing(path, ray_kind(i, COUNT)))
         else:
             rays.append(Ray(path, "dead", end_text(lens, lb.Fate(int(trace.fate[i])), int(ended[i])), int(ended[i])))
     return Fan("pixel", radius, tuple(rays))
@@ -355,16 +348,16 @@ def path_of(lens: lb.Lens, trace: lb.Trace, i: int) -> np.ndarray:
     path = trace.paths[i][np.isfinite(trace.paths[i][:, 0])]
     if trace.fate[i] != lb.Fate.PASSED:
         return path
-    beginning = _beginning(lens, path[0, 2] - lens.length)
+    beginning = beginning_before(lens, path[0, 2] - lens.length)
     return np.vstack([trace.points[i] + beginning * trace.directions[i], path[::-1]])
 
 
 def path_before_lens(lens: lb.Lens, film_distance: float, point: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Where a ray towards the film begins far before the lens (3,), from a point of it and its direction there."""
-    return np.asarray(point - _beginning(lens, film_distance) * direction)
+    return np.asarray(point - beginning_before(lens, film_distance) * direction)
 
 
-def _beginning(lens: lb.Lens, film_distance: float) -> float:
+def beginning_before(lens: lb.Lens, film_distance: float) -> float:
     """How far before the lens (mm) its rays begin."""
     return 4.0 * (lens.length + film_distance) + 20.0 * lens.surfaces[0].semi_diameter
 

@@ -16,15 +16,14 @@ from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.focus_plane import seen_from
 from lensbench.app.bench.ray_fans import blockers
 from lensbench.app.plots.blur import Blur
-from lensbench.app.plots.exit_pupil import from_film, region, turn
-from lensbench.app.plots.pixel_rays import Place, beam, film_place
+from lensbench.app.plots.exit_pupil import even_points, from_film, region, region_of, turn
+from lensbench.app.plots.pixel_rays import Place, beam, beginning_before, film_place
 from lensbench.app.settings.settings import Settings
 
 SAMPLES = 700                   # rays aimed at the box about the beam
 MARGIN = 1.15                   # of that box; it grows while light passes near its edges
 EDGE = 0.92                     # of the half box: light farther out may be cut
 GROWN, TRIALS = 1.6, 4
-EVEN = 0.7548776662466927, 0.5698402909980532       # steps of an even sequence of points (Roberts' R2)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +72,7 @@ def spot_of(lens: lb.Lens, film_distance: float, film_xy: Place, target: tuple[f
 
     ValueError where no light passes between the two.
     """
-    pupil = region(lens, film_distance, math.hypot(*film_xy), math.atan2(film_xy[1], film_xy[0]))
+    pupil = region_of(lens, film_distance, film_xy)
     if pupil.area <= 0.0:
         raise ValueError("No light reaches this pixel")
     middle = pupil.outline.mean(0)
@@ -96,13 +95,12 @@ def spot_of(lens: lb.Lens, film_distance: float, film_xy: Place, target: tuple[f
     centre, half = 0.5 * (met.min(0) + met.max(0)), 0.5 * MARGIN * np.ptp(met, axis=0).max()
     half = max(half, 1e-6 * lens.surfaces[0].semi_diameter)
 
-    k = np.arange(1, SAMPLES + 1)
-    uv = 2.0 * (np.outer(k, EVEN) % 1.0) - 1.0
+    uv = 2.0 * even_points(SAMPLES) - 1.0
     for _ in range(TRIALS):
         points = start + (centre + half * uv) @ plane
         ways = points - target if target is not None else np.broadcast_to(-toward, points.shape)
         ways = ways / np.linalg.norm(ways, axis=1)[:, None]
-        beginning = 4.0 * (lens.length + film_distance) + 20.0 * lens.surfaces[0].semi_diameter
+        beginning = beginning_before(lens, film_distance)
         if target is not None:
             beginning = min(beginning, 0.98 * float(np.linalg.norm(start - target)))
         trace = lb.trace(lens, points - beginning * ways, ways, record=True, forward=True)
@@ -192,7 +190,7 @@ def _open(settings: Settings, raster: Place) -> float | None:
         return None
     built, film_xy = seen_from(settings, raster)
     axis = region(built.lens, bench_of(settings).film_distance, 0.0).area
-    area = region(built.lens, built.film_distance, math.hypot(*film_xy), math.atan2(film_xy[1], film_xy[0])).area
+    area = region_of(built.lens, built.film_distance, film_xy).area
     return area / axis if axis > 0.0 else None
 
 

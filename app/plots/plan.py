@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 import lensbench as lb
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.bench.focus_plane import leans, sharp_focus
-from lensbench.app.scenes.file_cache import Stamp, file_stamp
+from lensbench.app.scenes.asset_files import Stamp, file_stamp
 from lensbench.app.scenes.scene_file import SceneFileError, cached_scene, scene_stamp
 from lensbench.app.settings.settings import Settings
 from lensbench.core.scenery.objects.shape import displaced

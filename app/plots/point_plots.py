@@ -6,8 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from lensbench.app.plots.plot import DASHED, DOTTED, SOLID, Axis, Curve, Figure, Map, Plot, Table, reach
-from lensbench.app.plots.query import OWN, Query
-from lensbench.app.plots.rims import ended_marks, ends_within_stop, with_rims, with_shares
+from lensbench.app.plots.query import OWN, Query, ended_marks, ends_within_stop, with_rims, with_shares
 from lensbench.app.plots.spots import field_label, field_tint
 from lensbench.core.analysis.focus_map import MtfMap, mtf_map
 from lensbench.core.analysis.grids.traced_grid import RayGrid

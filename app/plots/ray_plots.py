@@ -11,8 +11,7 @@ from lensbench.app.bench.build import Bench
 from lensbench.app.plots.plot import (
     SOLID, Area, Axis, Bars, Curve, Figure, Label, Map, Plot, Table, dash_of, reach, wavelength_name
 )
-from lensbench.app.plots.query import Query, largest_height
-from lensbench.app.plots.rims import ended_marks, ends_within_stop
+from lensbench.app.plots.query import Query, ended_marks, ends_within_stop, largest_height
 from lensbench.app.plots.spots import chosen_fields, field_label
 from lensbench.core.analysis.aberrations import seidel
 from lensbench.core.analysis.distortion import RECTILINEAR, Distortion

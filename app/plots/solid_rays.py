@@ -14,11 +14,11 @@ from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.focus_plane import leans, seen_from, sharp_focus
 from lensbench.app.bench.ray_fans import lit_radius
-from lensbench.app.plots.exit_pupil import from_film, region, turn
+from lensbench.app.plots.exit_pupil import from_film, region, region_of, turn
 from lensbench.app.plots.pixel_rays import Place, PointedRay, beam, path_of
 from lensbench.app.plots.section import Sketch
 from lensbench.app.plots.solids import Strokes, strokes
-from lensbench.app.scenes.file_cache import Stamp, file_stamp
+from lensbench.app.scenes.asset_files import Stamp, file_stamp
 from lensbench.app.settings.settings import Settings
 from lensbench.core.analysis.depth_over_field import beams
 from lensbench.core.cameras.flat_port import FlatPort
@@ -166,7 +166,7 @@ def pixel_lines(settings: Settings, raster: Place) -> Strokes:
     pose = settings.present_pose
     if settings.has_lens and settings.follows_lens:
         built, xy = seen_from(settings, raster)
-        outline = region(built.lens, built.film_distance, math.hypot(*xy), math.atan2(xy[1], xy[0])).outline
+        outline = region_of(built.lens, built.film_distance, xy).outline
         if not len(outline):
             return strokes("pixel", [])
         middle = outline.mean(0)

@@ -15,7 +15,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.plots.section import Sketch, before_roll, elements, sag
-from lensbench.app.scenes.file_cache import Stamp
+from lensbench.app.scenes.asset_files import Stamp
 from lensbench.app.scenes.scene_file import SceneFileError, cached_scene, scene_stamp
 from lensbench.app.settings.settings import Settings
 from lensbench.core.kernels.byte_cache import byte_cache

@@ -12,11 +12,11 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.scenes.asset_files import TEXTURE_TEXELS, asset_path, image_of
 from lensbench.app.scenes.gltf_file import read_gltf
 from lensbench.app.scenes.mesh_parts import MOST_BYTES, LookError, MeshFile, Piece, distinct
 from lensbench.app.scenes.obj_file import read_obj
 from lensbench.app.scenes.ply_file import read_ply
-from lensbench.app.scenes.texture import TEXTURE_TEXELS, asset_path, image_of
 from lensbench.core.text import excerpt, significant
 from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.scenes.texture import asset_path
+from lensbench.app.scenes.asset_files import asset_path
 from lensbench.core.kernels.numeric import linear
 from lensbench.core.scenery.intersect.triangle_tree import MOST_TRIANGLES
 from lensbench.core.text import excerpt, significant

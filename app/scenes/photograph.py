@@ -17,9 +17,9 @@ from xml.parsers import expat
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.scenes.asset_files import MOST_BYTES, Textures, asset_path, image_of
 from lensbench.app.scenes.sky_picture import EXR, HdrError, read_exr
 from lensbench.app.scenes.table_values import Say, within
-from lensbench.app.scenes.texture import MOST_BYTES, Textures, asset_path, image_of
 from lensbench.core.scenery.photograph import photograph_scene, reduced
 from lensbench.core.text import excerpt, significant
 from lensbench.lenses.file_error import open_regular

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import lensbench as lb
-from lensbench.app.scenes.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.app.scenes.asset_files import Stamp, Textures, file_stamp, keeps_last_good
 from lensbench.app.scenes.mesh_file import MM, Pose, read_mesh, rotation
 from lensbench.app.scenes.photograph import own_depth_scene, read_photograph
 from lensbench.app.scenes.sky_picture import read_sky
@@ -22,7 +22,6 @@ from lensbench.app.scenes.table_values import (
     MOTION, Reader, Say, Table, angle, as_table, as_tables, colour, fields_of, given, length, light, number, numbers,
     only, point, text, truth, unit, vector, within
 )
-from lensbench.app.scenes.texture import Textures
 from lensbench.core.scenery.families import by_field
 from lensbench.core.scenery.intersect.triangle_tree import MOST_TRIANGLES
 from lensbench.core.text import LONGEST_PATH, cut, escaped, excerpt, significant

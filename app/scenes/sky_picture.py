@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.scenes.asset_files import BAND, MOST_BYTES, TEXTURE_TEXELS, Textures, asset_path
 from lensbench.app.scenes.table_values import Say
-from lensbench.app.scenes.texture import BAND, MOST_BYTES, TEXTURE_TEXELS, Textures, asset_path
 from lensbench.core.kernels.cache import njit
 from lensbench.core.text import excerpt, significant
 from lensbench.lenses.file_error import open_regular

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import lensbench as lb
 from lensbench import lenses
 from lensbench.app.bench.build import document_of_text, prescription, published
-from lensbench.app.scenes.file_cache import Stamp, file_stamp, keeps_last_good
+from lensbench.app.scenes.asset_files import Stamp, file_stamp, keeps_last_good
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.finding import Finding, Kind
 from lensbench.lenses.editing.document import EditError, LensDocument, to_text

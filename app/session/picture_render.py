@@ -26,8 +26,8 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.bench.auto_model import is_automatic
+from lensbench.app.bench.build import flare
 from lensbench.app.bench.camera_kinds import camera
-from lensbench.app.bench.coating import flare
 from lensbench.app.bench.exposure import exposed
 from lensbench.app.scenes.scene_file import cached_scene, scene_files
 from lensbench.app.session.export import ExportError, check_writable, checked_place, develop, parts, save_bands

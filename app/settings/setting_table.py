@@ -7,8 +7,7 @@ is one field here; `settings` has what follows from the values.
 import math
 from dataclasses import dataclass
 
-from lensbench.app.settings.camera_facts import CAMERAS, LENS_MODELS, MODEL_TITLES
-from lensbench.app.settings.lens_settings import LensSettings
+from lensbench.app.settings.camera_facts import CAMERAS, LENS_MODELS, MODEL_TITLES, LensSettings
 from lensbench.app.settings.setting import (
     ANGLE, DISTANCE, LENGTH, MOMENT, MOTION, NOTHING, PART, PLACE, SPAN, Interval, setting
 )

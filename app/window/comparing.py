@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from lensbench.app.bench.comparison import followed
+from lensbench.app.plots.comparison import followed
 from lensbench.app.settings.settings import Settings
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.render_job import RenderUpdate

@@ -24,14 +24,13 @@ from numpy.typing import NDArray
 
 from lensbench import lenses
 from lensbench.app.bench.build import own_picture, stop_picture
-from lensbench.app.scenes.file_cache import file_stamp
+from lensbench.app.scenes.asset_files import file_stamp
 from lensbench.app.scenes.scene_file import find_scene, scene_stamp
 from lensbench.app.settings.settings import Settings
 
 import glfw  # isort: skip - after imgui_bundle, so that both share one library
 import lensbench as lb
-from lensbench.app.bench.build import published, wavelength_remark
-from lensbench.app.bench.coating import missing_ghost
+from lensbench.app.bench.build import missing_ghost, published, wavelength_remark
 from lensbench.app.bench.constraints import coarser, longer_side_within, showable, with_longer_side
 from lensbench.app.bench.lens_choice import in_the_way
 from lensbench.app.display.frame import View
@@ -41,7 +40,7 @@ from lensbench.app.drawing.dial import DialState
 from lensbench.app.panels.controls.controls import Chooser
 from lensbench.app.panels.light_field.controller import LightFieldController
 from lensbench.app.session.notices import Request
-from lensbench.app.session.undo import History
+from lensbench.app.session.states import History
 from lensbench.app.settings.settings import RESTARTS_MOTION, RESTARTS_NOTHING
 from lensbench.app.window.dialogs import ExportDialog
 from lensbench.app.window.layouts import BENCH, LAYOUTS

@@ -94,7 +94,7 @@ class RenderJob:
     def begin(self, layer: Any) -> None:
         """Begin the picture of the camera with a layer of light of another picture, or None."""
         import lensbench as lb
-        from lensbench.app.bench.coating import flare
+        from lensbench.app.bench.build import flare
 
         self.pass_samples = 1
         self.rendering = lb.Rendering(self.camera, self.scene, seed=self.settings.seed, view=self.settings.sample_view,

@@ -146,9 +146,8 @@ def cameras() -> Iterator[lb.LensCamera]:
 def exercise(progress: Any = print) -> None:
     """Ask for the kernels of every picture and panel."""
     from lensbench.app.bench.auto_model import choose, is_automatic
-    from lensbench.app.bench.build import bench_of
+    from lensbench.app.bench.build import bench_of, flare
     from lensbench.app.bench.camera_kinds import camera
-    from lensbench.app.bench.coating import flare
     from lensbench.app.scenes.scene_file import find_scene
     from lensbench.app.workers.compilers import prepare
 
@@ -220,8 +219,8 @@ def exercise(progress: Any = print) -> None:
 
 def analyses(settings: Any) -> None:
     """Compute every figure of the analysis panels that this lens has."""
-    from lensbench.app.plots.bokeh_plots import Ripple, bokeh_figure
     from lensbench.app.plots.catalogue import ANALYSES
+    from lensbench.app.plots.light_plots import Ripple, bokeh_figure
     from lensbench.app.plots.point_plots import mtf_field_figure
     from lensbench.app.plots.query import query
 

@@ -11,10 +11,10 @@ from lensbench.app.display.small_textures import MapPictures
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph
 from lensbench.app.drawing.plot_painter import Drawn, Grip, Under, draw_figure
+from lensbench.app.plots.comparison import with_ghost
 from lensbench.app.plots.pixel_rays import Pointed
 from lensbench.app.plots.plot import Figure
 from lensbench.app.plots.query import query
-from lensbench.app.plots.reference_plot import with_ghost
 from lensbench.app.plots.spots import nearest_ray, pointed_ray
 from lensbench.app.session.notices import Request
 from lensbench.app.settings.settings import Settings

@@ -5,15 +5,14 @@ from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.bench.build import design
-from lensbench.app.bench.coating import coating
+from lensbench.app.bench.build import coating, design
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import check_box, toggles
 from lensbench.app.panels.analysis.frame import AnalysisState, Draw, Sheet, analysis, tools
-from lensbench.app.plots.ghost_plots import ghost_ray, ghosts_figure, raster_of
+from lensbench.app.plots.comparison import rows_of_b
+from lensbench.app.plots.light_plots import ghost_ray, ghosts_figure, raster_of
 from lensbench.app.plots.pixel_rays import PointedRay
 from lensbench.app.plots.query import query
-from lensbench.app.plots.reference_plot import rows_of_b
 from lensbench.app.settings.settings import Settings
 from lensbench.core.text import significant, true_minus
 

@@ -19,8 +19,8 @@ from lensbench.app.panels.analysis.frame import AnalysisState, Draw, Sheet, anal
 from lensbench.app.plots.aperture_plots import (
     Stack, axial_figure, breathing_figure, focus_shift_figure, illumination_figure, stack_figure
 )
-from lensbench.app.plots.bokeh_plots import star_figure
 from lensbench.app.plots.field_plots import SHOWN, depth_figure, field_figure
+from lensbench.app.plots.light_plots import star_figure
 from lensbench.app.plots.plot import Bars, Figure
 from lensbench.app.plots.point_plots import mtf_field_figure, mtf_frequency_figure, mtf_map_figure
 from lensbench.app.plots.query import query

@@ -10,7 +10,7 @@ from imgui_bundle import imgui
 from lensbench.app.bench.build import design
 from lensbench.app.drawing.controls import beside, check_box, number, paragraph, toggles
 from lensbench.app.panels.analysis.frame import AnalysisState, Draw, Sheet, analysis, tools
-from lensbench.app.plots.bokeh_plots import Ripple, bokeh_figure, ripple_surface
+from lensbench.app.plots.light_plots import Ripple, bokeh_figure, ripple_surface
 from lensbench.app.plots.pixel_rays import Place, beam, film_place
 from lensbench.app.plots.point_plots import encircled_figure, line_spread_figure, psf_figure, seen_point_figure
 from lensbench.app.settings.settings import Settings

@@ -8,14 +8,13 @@ from pathlib import Path
 import numpy as np
 from imgui_bundle import ImVec2, imgui
 
-from lensbench.app.bench.build import bench_of, design, stop_picture
-from lensbench.app.bench.coating import coating
+from lensbench.app.bench.build import bench_of, coating, design, stop_picture
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import small_note, toggles
 from lensbench.app.drawing.dial import dial
 from lensbench.app.session.notices import Request
 from lensbench.app.settings import dial_scales
-from lensbench.app.settings.lens_settings import AUTO
+from lensbench.app.settings.camera_facts import AUTO
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.iris import Iris
 from lensbench.core.optics.stop_image import StopImage

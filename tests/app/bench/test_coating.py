@@ -6,8 +6,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.bench.build import coating, missing_ghost
 from lensbench.app.bench.camera_kinds import readings
-from lensbench.app.bench.coating import coating, missing_ghost
 from lensbench.app.panels.readouts import Status, rows
 from lensbench.app.settings.settings import Settings
 

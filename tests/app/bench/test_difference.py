@@ -2,7 +2,7 @@
 
 import pytest
 
-from lensbench.app.bench.comparison import difference
+from lensbench.app.plots.comparison import difference
 
 
 @pytest.mark.parametrize(("a", "b", "apart"), [

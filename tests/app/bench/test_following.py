@@ -5,8 +5,8 @@ from dataclasses import replace
 import pytest
 
 from lensbench.app.bench.camera_kinds import readings
-from lensbench.app.bench.comparison import difference, followed
 from lensbench.app.bench.lens_choice import with_lens
+from lensbench.app.plots.comparison import difference, followed
 from lensbench.app.settings.settings import Settings
 
 A = Settings()

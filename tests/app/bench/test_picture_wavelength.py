@@ -10,12 +10,11 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.build import bench_of, design, picture_wavelength, published, wavelength_remark
+from lensbench.app.bench.build import bench_of, design, flare, picture_wavelength, published, wavelength_remark
 from lensbench.app.bench.camera_kinds import camera, readings
-from lensbench.app.bench.coating import flare
 from lensbench.app.bench.readouts import colours
 from lensbench.app.command.main import main
-from lensbench.app.plots.ghost_plots import ghosts_figure
+from lensbench.app.plots.light_plots import ghosts_figure
 from lensbench.app.plots.query import query
 from lensbench.app.plots.section import sketch
 from lensbench.app.settings.settings import Settings

@@ -10,8 +10,8 @@ from PIL import Image
 from lensbench import lenses
 from lensbench.app.command.analyse import _options, add_analyse_options
 from lensbench.app.command.main import main
-from lensbench.app.plots.bokeh_plots import Ripple, ripple_surface
 from lensbench.app.plots.catalogue import ANALYSES
+from lensbench.app.plots.light_plots import Ripple, ripple_surface
 
 NAME = "lib-tronnier-1953"
 STOP = lenses.load(NAME).stop_index

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from lensbench.app.bench.lens_choice import with_lens
-from lensbench.app.plots.bokeh_plots import BOKEH_FIELDS, bokeh_figure
+from lensbench.app.plots.light_plots import BOKEH_FIELDS, bokeh_figure
 from lensbench.app.plots.plot import Curve, Label, Map
 from lensbench.app.plots.query import query
 from lensbench.app.settings.settings import Settings

@@ -11,8 +11,8 @@ from lensbench.app.bench.focus_plane import focus_at
 from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.bench.ray_fans import lit_radius
 from lensbench.app.plots.aperture_plots import Stack, focus_shift_figure, illumination_figure, stack_figure
-from lensbench.app.plots.bokeh_plots import Ripple, bokeh_figure, ripple_surface, star_figure
 from lensbench.app.plots.field_plots import depth_figure, field_figure
+from lensbench.app.plots.light_plots import Ripple, bokeh_figure, ripple_surface, star_figure
 from lensbench.app.plots.pixel_rays import beam, film_place
 from lensbench.app.plots.pixel_spot import pixel_readings
 from lensbench.app.plots.plot import Bars, Curve, Map, told

@@ -11,17 +11,15 @@ import lensbench as lb
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.ray_fans import end_text
 from lensbench.app.plots.aperture_plots import illumination_figure, stack_figure
-from lensbench.app.plots.bokeh_plots import bokeh_figure
+from lensbench.app.plots.comparison import with_ghost
 from lensbench.app.plots.field_plots import depth_figure, field_figure
-from lensbench.app.plots.ghost_plots import field_direction, ghosts_figure, raster_of
+from lensbench.app.plots.light_plots import bokeh_figure, field_direction, ghosts_figure, raster_of
 from lensbench.app.plots.plot import Bars, Curve, Map, Points, told, unit_of
 from lensbench.app.plots.point_plots import (
     encircled_figure, line_spread_figure, mtf_field_figure, mtf_frequency_figure, mtf_map_figure, psf_figure
 )
-from lensbench.app.plots.query import query
+from lensbench.app.plots.query import query, victims
 from lensbench.app.plots.ray_plots import fans_figure, seidel_figure, wavefront_figure
-from lensbench.app.plots.reference_plot import with_ghost
-from lensbench.app.plots.rims import victims
 from lensbench.app.plots.spots import nearest_ray, pointed_ray, spots_figure
 from lensbench.app.settings.settings import Settings
 

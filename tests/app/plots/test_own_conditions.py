@@ -8,7 +8,7 @@ import pytest
 
 import lensbench as lb
 from lensbench.app.plots.aperture_plots import breathing_figure, focus_shift_figure, illumination_figure
-from lensbench.app.plots.ghost_plots import ghost_ray, ghosts_figure
+from lensbench.app.plots.light_plots import ghost_ray, ghosts_figure
 from lensbench.app.plots.query import OwnFields, query, read_fields, read_wavelengths, with_own
 from lensbench.app.plots.spots import spots_figure
 from lensbench.app.settings.settings import Settings

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lensbench.app.scenes.file_cache import keeps_last_good
+from lensbench.app.scenes.asset_files import keeps_last_good
 
 
 def test_the_last_good_content_stays_until_the_file_can_be_read_again():

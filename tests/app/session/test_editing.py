@@ -9,8 +9,7 @@ from lensbench.app.bench.build import design, published
 from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.session import lens_cells
 from lensbench.app.session.edited_lens import document_of, edited, original, reverted, save_document, with_document
-from lensbench.app.session.states import load_settings, save_settings
-from lensbench.app.session.undo import History
+from lensbench.app.session.states import History, load_settings, save_settings
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.surface_numbers import CURVATURE
 from lensbench.lenses.editing.cells import with_comment, with_rule, with_value

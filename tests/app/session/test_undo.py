@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from hypothesis import given, settings as limits, strategies as st
 
-from lensbench.app.session.undo import History
+from lensbench.app.session.states import History
 from lensbench.app.settings.settings import Settings
 
 START = Settings()

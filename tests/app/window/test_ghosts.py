@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from lensbench.app.bench.coating import flare
+from lensbench.app.bench.build import flare
 from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.window.analyses import PANELS
 from tests.app.conftest import SMALL

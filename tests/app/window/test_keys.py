@@ -14,7 +14,7 @@ from lensbench.app.display.frame import Mark
 from lensbench.app.display.presenter import _first_mark
 from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.controls.controls import Chooser
-from lensbench.app.session.undo import History
+from lensbench.app.session.states import History
 from lensbench.app.settings.settings import Settings
 from lensbench.app.window.actions import reset_all, reset_camera
 from lensbench.app.workers.render_job import RenderUpdate

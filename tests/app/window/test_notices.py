@@ -8,7 +8,7 @@ from imgui_bundle import imgui
 
 from lensbench.app.drawing.controls import chord
 from lensbench.app.session.notices import Notice, NoticeKind, Notices
-from lensbench.app.session.undo import DEPTH, History
+from lensbench.app.session.states import DEPTH, History
 from lensbench.app.settings.settings import Settings
 from tests.app.conftest import SMALL
 
