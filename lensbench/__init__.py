@@ -27,16 +27,15 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
     from lensbench.core.analysis.distortion import Distortion, distortion, distortion_grid
     from lensbench.core.analysis.model_choice import Choice, choose_model
     from lensbench.core.analysis.vignetting import Falloff, Vignetting, falloff, vignetting
-    from lensbench.core.cameras.bare_sensor import BareSensor
     from lensbench.core.cameras.base import Camera
     from lensbench.core.cameras.custom import CustomCamera
-    from lensbench.core.cameras.environment import EnvironmentCamera
     from lensbench.core.cameras.film_landing import Importance
     from lensbench.core.cameras.fisheye import FisheyeCamera
     from lensbench.core.cameras.ideal_cameras import OrthographicCamera, PerspectiveCamera, PinholeCamera, best_pinhole
     from lensbench.core.cameras.ray_generation import Differentials
-    from lensbench.core.cameras.rays import CameraError, Rays
     from lensbench.core.cameras.real_lens import LensCamera
+    from lensbench.core.cameras.shutter import CameraError, Rays
+    from lensbench.core.cameras.without_lens import BareSensor, EnvironmentCamera
     from lensbench.core.design import tolerances
     from lensbench.core.design.goal import Goal
     from lensbench.core.design.improve import Improvement, improve
@@ -61,6 +60,7 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
         Lumigraph, NovelView, array_camera, capture_lumigraph, lumigraph_pinhole
     )
     from lensbench.core.lightfields.plenoptic import PlenopticCamera, RawPicture
+    from lensbench.core.optics.axial_bundle import t_number, transmission, working_f_number
     from lensbench.core.optics.coatings import COATINGS, Coating, CoatingError, Layer, Reflectance
     from lensbench.core.optics.depth_of_field import (
         circle_of_confusion, depth_of_field, hyperfocal, magnification, real_circle_of_confusion, section_foci,
@@ -79,7 +79,6 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
     from lensbench.core.optics.system import (
         Aperture, ApertureKind, FieldKind, FieldPoint, SystemData, SystemDataError, Wavelength
     )
-    from lensbench.core.optics.transmission import t_number, transmission, working_f_number
     from lensbench.core.optics.zoom_positions import Positions, PositionsError
     from lensbench.core.pupils.region import ExitPupil, exit_pupil, open_region
     from lensbench.core.rendering.aovs import AOVS as VIEWS, depth_map, fate_colours

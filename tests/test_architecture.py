@@ -31,7 +31,7 @@ LAYERS = {
 }
 # What `lenses` knows of the core: the prescription side; its rooms that trace know more
 PRESCRIPTION = {"lazy", "text", "optics.coatings", "optics.finding", "optics.glass",
-                "optics.lens_surface", "optics.prescription", "optics.surface_numbers", "optics.system",
+                "optics.lens_surface", "optics.prescription", "optics.system",
                 "optics.zoom_positions"}
 TRACING = {"tables": {"optics.scalar_trace"}, "checks": {"optics.paraxial", "optics.scalar_trace"},
            "stop_picture": {"optics.stop_image", "kernels.numeric"}}

@@ -15,7 +15,7 @@ from lensbench.core.scenery.objects.shape import Shape
 
 # Classes that document members of others, by the modules of the others
 CONTRACTS = {"lensbench.core.scenery.objects": Shape, **dict.fromkeys((
-    f"lensbench.core.cameras.{part}" for part in ("camera_stages", "ray_generation", "film_projection")), Camera)}
+    f"lensbench.core.cameras.{part}" for part in ("camera_stages", "ray_generation")), Camera)}
 
 
 TITLE = re.compile("(Args|Attributes|Returns|Yields|Raises|References|Examples|Notes):")

@@ -93,7 +93,7 @@ KINDS = {
         "core/scenery/shading/clearcoat.py", "hit = inside_edge(real, qa, qb, disk) & (t > real(0)) & (t < near[i])",
         "hit = inside_edge(real, qa * real(0.9), qb, disk) & (t > real(0)) & (t < near[i])"),
     "stretch in the choice of models": Fault(
-        "core/analysis/model_error.py", "np.maximum((1.0 + along) * (1.0 + around), 1e-30)",
+        "core/analysis/model_choice.py", "np.maximum((1.0 + along) * (1.0 + around), 1e-30)",
         "np.maximum(1.0 + along, 1e-30)"),
 }
 

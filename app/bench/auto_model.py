@@ -11,8 +11,7 @@ from lensbench.app.settings.settings import Settings
 from lensbench.core.text import fixed, significant
 
 if TYPE_CHECKING:
-    from lensbench.core.analysis.model_choice import Choice
-    from lensbench.core.analysis.model_error import Rung
+    from lensbench.core.analysis.model_choice import Choice, Rung
 
 
 class Chosen(NamedTuple):

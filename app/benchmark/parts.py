@@ -24,9 +24,9 @@ from lensbench.app.bench import tone
 from lensbench.app.bench.tone import decibels
 from lensbench.app.studies.charts.samplers import COUNTS, DEFAULT, WHITE, gains, samplers, scenes, squares
 from lensbench.app.studies.timing import BLOCKS, FILM, LENS, even_points, least_times, streamed, time_in_turn
-from lensbench.core.cameras.environment import LAYOUTS
 from lensbench.core.cameras.fisheye import PROJECTIONS
 from lensbench.core.cameras.lens_settings import MODELS
+from lensbench.core.cameras.without_lens import LAYOUTS
 from lensbench.core.kernels import block
 from lensbench.core.kernels.block import B, L, X
 from lensbench.core.kernels.cache import njit

@@ -22,7 +22,7 @@ from lensbench.app.session.states import carries_settings
 from lensbench.app.settings.camera_facts import AUTO
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import read_distance
-from lensbench.core.analysis.onion_rings import check_ripple_surface
+from lensbench.core.analysis.lens_defects import check_ripple_surface
 from lensbench.core.imaging.spectrum import WHITES
 from lensbench.core.text import significant
 

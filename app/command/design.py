@@ -59,7 +59,7 @@ def improve(arguments: argparse.Namespace) -> int:
     from lensbench.core.design.standard_goal import goal_of
     from lensbench.core.optics.glass import GlassError
     from lensbench.core.optics.lens_surface import LensError
-    from lensbench.core.optics.surface_numbers import value_of
+    from lensbench.core.optics.prescription import value_of
     from lensbench.lenses.glass.catalogue import replacements
 
     path = checked_lens_path(arguments.output)
@@ -128,7 +128,7 @@ def vary(document: "LensDocument", text: str) -> tuple[tuple[int, str], ...]:
     """The cells that --vary names; UsageError for a word that names none."""
     from lensbench.app.session.edited_lens import free_cells
     from lensbench.core.design.improve import VARIED
-    from lensbench.core.optics.surface_numbers import QUANTITIES
+    from lensbench.core.optics.prescription import QUANTITIES
 
     if text in VARIED:
         return free_cells(document, text)

@@ -18,7 +18,7 @@ from lensbench.app.settings.text_values import format_distance
 from lensbench.core.analysis.blade_star import Sunstar, sunstar
 from lensbench.core.analysis.ghost_ranking import light_place
 from lensbench.core.analysis.grids.traced_grid import RayGrid
-from lensbench.core.analysis.onion_rings import rippled
+from lensbench.core.analysis.lens_defects import rippled
 from lensbench.core.analysis.point_spread import PointSpread, psf
 from lensbench.core.analysis.spot_diagram import spots
 from lensbench.core.optics.coatings import COATINGS

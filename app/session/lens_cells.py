@@ -8,9 +8,7 @@ from math import degrees, radians
 
 from lensbench.core.optics.glass import Glass
 from lensbench.core.optics.lens_surface import Shape, Surface
-from lensbench.core.optics.surface_numbers import (
-    CONIC, CURVATURE, CURVATURE_X, POSE, SEMI_DIAMETER, THICKNESS, value_of
-)
+from lensbench.core.optics.prescription import CONIC, CURVATURE, CURVATURE_X, POSE, SEMI_DIAMETER, THICKNESS, value_of
 from lensbench.core.text import INFINITE, cut, significant, true_minus
 from lensbench.lenses.editing.document import EditError, LensDocument, words
 from lensbench.lenses.file_error import RowError

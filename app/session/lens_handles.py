@@ -14,7 +14,7 @@ import numpy as np
 import lensbench as lb
 from lensbench.app.plots.section import elements, surface_curves
 from lensbench.app.session.lens_cells import shown
-from lensbench.core.optics.surface_numbers import CURVATURE, SEMI_DIAMETER, THICKNESS
+from lensbench.core.optics.prescription import CURVATURE, SEMI_DIAMETER, THICKNESS
 from lensbench.core.text import fixed, true_minus
 from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import EditError, LensDocument, words

@@ -26,10 +26,9 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
     from lensbench.core.analysis.ghost_ranking import Ghost, Ghosts, LightBudget, ghosts, light_budget
     from lensbench.core.analysis.grids.field_conditions import Conditions, conditions, field_name
     from lensbench.core.analysis.grids.traced_grid import RayGrid, close_foci, ray_grid
+    from lensbench.core.analysis.lens_defects import rippled, with_sensor_stack
     from lensbench.core.analysis.meridional_curves import FieldCurves, field_curves
-    from lensbench.core.analysis.onion_rings import rippled
     from lensbench.core.analysis.point_spread import PointSpread, encircled_energy, psf
-    from lensbench.core.analysis.sensor_stack import with_sensor_stack
     from lensbench.core.analysis.spot_diagram import Fans, Spots, ray_fans, spots
     from lensbench.core.analysis.transfer_function import Mtf, mtf
     from lensbench.core.analysis.wavefront import (

@@ -14,8 +14,8 @@ import numpy as np
 
 from lensbench.core.analysis.depth_over_field import focused_plane
 from lensbench.core.cameras.flat_port import FlatPort
-from lensbench.core.cameras.rays import CameraError
 from lensbench.core.cameras.real_lens import LensCamera
+from lensbench.core.cameras.shutter import CameraError
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.paraxial import first_order
 from lensbench.core.text import significant

@@ -1,7 +1,7 @@
 """What a camera kind defines, and the stages that follow from it: raster point and pupil sample → ray in the world.
 
 A kind gives its own film and either `gaussian`, for a projective camera, or `camera_steps`. Everything else has a
-default that a kind may override, here and in `film_projection`. The camera frame has its origin at the camera, x to the
+default that a kind may override, here and in `base`. The camera frame has its origin at the camera, x to the
 right, y up, and the camera looks along −z; the film lies in the plane z = 0 of a real lens, or is imagined behind an
 ideal one.
 """
@@ -15,8 +15,7 @@ import numpy as np
 from lensbench.core.cameras.film_landing import FilmLanding, ideal_film_landing
 from lensbench.core.cameras.flat_port import FlatPort, port_step
 from lensbench.core.cameras.ideal_lens import Gaussian
-from lensbench.core.cameras.rays import CameraError
-from lensbench.core.cameras.shutter import PlacedShutter
+from lensbench.core.cameras.shutter import CameraError, PlacedShutter
 from lensbench.core.imaging.coordinate_spaces import Window, window_step
 from lensbench.core.imaging.film import UPRIGHT, FilmPose
 from lensbench.core.kernels.block import Step

@@ -18,7 +18,7 @@ import numpy as np
 
 from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.film_landing import FilmLanding, Triple
-from lensbench.core.cameras.rays import CameraError, checked_times
+from lensbench.core.cameras.shutter import CameraError, checked_times
 from lensbench.core.imaging.film import Film
 from lensbench.core.kernels.block import CLEARANCE, TIME, U0, U1, WEIGHT, L, N, Step, X, Y, Z
 from lensbench.core.kernels.program import Program, PythonStage

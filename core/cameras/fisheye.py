@@ -11,7 +11,7 @@ import numpy as np
 
 from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.film_landing import FilmImportance, point_importance
-from lensbench.core.cameras.rays import CameraError
+from lensbench.core.cameras.shutter import CameraError
 from lensbench.core.imaging.film import AXES, Film
 from lensbench.core.kernels.block import WEIGHT, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.core.kernels.numeric import sine_versine

@@ -7,7 +7,7 @@ from typing import Self
 
 from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.ideal_lens import Gaussian, telecentric, thin
-from lensbench.core.cameras.rays import CameraError
+from lensbench.core.cameras.shutter import CameraError
 from lensbench.core.imaging.coordinate_spaces import Window, film_window
 from lensbench.core.imaging.film import AXES, Film
 from lensbench.core.optics.glass import D_LINE

@@ -4,7 +4,7 @@ import math
 from functools import lru_cache
 
 from lensbench.core.cameras.ideal_lens import Gaussian, thin
-from lensbench.core.cameras.rays import CameraError
+from lensbench.core.cameras.shutter import CameraError
 from lensbench.core.imaging.film import Film, FilmPose
 from lensbench.core.imaging.spectrum import WAVELENGTHS
 from lensbench.core.lens_models.polynomial import DEGREES

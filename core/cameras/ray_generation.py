@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lensbench.core.cameras.camera_stages import CameraStages
-from lensbench.core.cameras.rays import CameraError, Rays, checked_times
+from lensbench.core.cameras.shutter import CameraError, Rays, checked_times
 from lensbench.core.kernels.block import (
     A0, PIXEL_SIDE, PIXEL_SPREAD, SAMPLE, TIME, U0, U1, WEIGHT, B, L, M, N, Step, X, Y, Z, gather, rows, stage
 )

@@ -15,10 +15,10 @@ from lensbench.core.cameras.lens_settings import (
     FOLLOWING, check_medium, check_room, check_settings, focus_of_film, has_dispersion, ideal_lens, missing_dispersion,
     thick
 )
-from lensbench.core.cameras.rays import CameraError
 from lensbench.core.cameras.real_lens_projection import (
     BEYOND, FilmRegions, Regions, foremost, starting_points, traced_importance, traced_landing
 )
+from lensbench.core.cameras.shutter import CameraError
 from lensbench.core.imaging.film import UPRIGHT, Film, FilmPose
 from lensbench.core.kernels.block import Step
 from lensbench.core.kernels.program import Program

@@ -1,4 +1,4 @@
-"""Position and exposure of a camera: transform to the world, shutter, and rolling rows. mm and seconds.
+"""What every camera begins with: its error, its rays, its position and its shutter with rolling rows. mm and seconds.
 
 The camera frame has its origin at the camera, x to the right, y up, and the camera looks along −z. A moving point is
 projected onto the row of the film that is open when it falls there.
@@ -7,17 +7,46 @@ projected onto the row of the film that is open when it falls there.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from lensbench.core.cameras.rays import CameraError, checked_times
 from lensbench.core.imaging.exposure import DIRECTIONS, shutter_step
 from lensbench.core.imaging.film import Film
 from lensbench.core.imaging.transform import AnimatedTransform, checked_rigid, transform_steps
 from lensbench.core.kernels.block import TIME, Step, X, Y
 from lensbench.core.kernels.program import Program
 from lensbench.core.text import significant
+
+
+class CameraError(ValueError):
+    """Invalid settings of a camera; the message says what to change."""
+
+
+class Rays(NamedTuple):
+    """Rays of a camera in the world frame.
+
+    A ray that the camera blocks has weight 0; its other numbers have no meaning.
+
+    Args:
+        origins: (n, 3) array. Points on the rays (mm), world.
+        directions: (n, 3) array. Unit directions, world.
+        weights: (n,) array. Weights by which the radiance of each ray enters its pixel; see `Camera.weights`.
+        times: (n,) array. Times (s) on the clock of `Camera.shutter_open`.
+    """
+
+    origins: np.ndarray
+    directions: np.ndarray
+    weights: np.ndarray
+    times: np.ndarray
+
+
+def checked_times(time) -> np.ndarray:
+    """Shutter samples as an array; CameraError where they do not lie in [0, 1]."""
+    times = np.asarray(time, float)
+    if not ((times >= 0.0) & (times <= 1.0)).all():
+        raise CameraError("times must lie between 0 and 1, parts of what the shutter lets through")
+    return times
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

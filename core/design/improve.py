@@ -17,9 +17,8 @@ from lensbench.core.design.merit import DENSE, Judgement, Merit, judge
 from lensbench.core.design.standard_goal import goal_of
 from lensbench.core.optics.glass import Glass
 from lensbench.core.optics.lens_surface import LensError, Surface
-from lensbench.core.optics.prescription import Lens
-from lensbench.core.optics.surface_numbers import (
-    CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS, value_of, with_surfaces, with_value_of
+from lensbench.core.optics.prescription import (
+    CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS, Lens, value_of, with_surfaces, with_value_of
 )
 from lensbench.core.text import significant
 

@@ -14,13 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
+from lensbench.core.optics.axial_bundle import surface_coatings
 from lensbench.core.optics.coatings import Coating
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.lens_surface import LensError
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.scalar_trace import BACKWARD, CLIPPED, PASSED, TOTAL_REFLECTION, surface_table, trace_ray
 from lensbench.core.optics.surfaces import AFTER, BEFORE
-from lensbench.core.optics.transmission import surface_coatings
 
 Pair = tuple[int, int]          # (first, second): indices of surfaces, second the one that is met first by the light
 

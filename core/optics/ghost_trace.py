@@ -16,13 +16,13 @@ from lensbench.core.kernels.block import (
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.program import Program, call_stage, run_steps, stage_address
+from lensbench.core.optics.axial_bundle import surface_coatings
 from lensbench.core.optics.block_refraction import SLOWNESS, STEP
 from lensbench.core.optics.block_trace import FRAME, change_frame, check_travel, surface_records
 from lensbench.core.optics.coatings import Coating
 from lensbench.core.optics.ghost_path import DENSER, DIRECT, Pair, check_pair
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.prescription import Lens
-from lensbench.core.optics.transmission import surface_coatings
 
 Visible = tuple[tuple[float, ...], ...]
 

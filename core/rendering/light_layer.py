@@ -27,7 +27,7 @@ import numpy as np
 
 from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.ideal_lens import Gaussian
-from lensbench.core.cameras.rays import CameraError
+from lensbench.core.cameras.shutter import CameraError
 from lensbench.core.imaging.coordinate_spaces import transform_points
 from lensbench.core.imaging.transform import AnimatedTransform
 from lensbench.core.kernels.block import B, lane_buffer

@@ -9,8 +9,7 @@ from dataclasses import replace
 
 from lensbench.core.optics.glass import AIR, Glass
 from lensbench.core.optics.lens_surface import Surface
-from lensbench.core.optics.prescription import Lens
-from lensbench.core.optics.surface_numbers import THICKNESS, with_surfaces
+from lensbench.core.optics.prescription import THICKNESS, Lens, with_surfaces
 from lensbench.core.text import significant
 from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import EditError, LensDocument, varies

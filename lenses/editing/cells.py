@@ -8,9 +8,8 @@ from math import isfinite
 
 from lensbench.core.optics.glass import AIR, Glass, GlassError
 from lensbench.core.optics.lens_surface import LensError
-from lensbench.core.optics.prescription import Lens
-from lensbench.core.optics.surface_numbers import (
-    CURVATURE, CURVATURE_X, QUANTITIES, THICKNESS, with_surfaces, with_value_of
+from lensbench.core.optics.prescription import (
+    CURVATURE, CURVATURE_X, QUANTITIES, THICKNESS, Lens, with_surfaces, with_value_of
 )
 from lensbench.core.optics.zoom_positions import Positions
 from lensbench.core.text import excerpt

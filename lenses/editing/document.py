@@ -27,8 +27,7 @@ from typing import Any, NamedTuple
 
 from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.lens_surface import Surface
-from lensbench.core.optics.prescription import Lens
-from lensbench.core.optics.surface_numbers import CURVATURE, POSE, QUANTITIES, SEMI_DIAMETER, THICKNESS, WORDS
+from lensbench.core.optics.prescription import CURVATURE, POSE, QUANTITIES, SEMI_DIAMETER, THICKNESS, WORDS, Lens
 from lensbench.core.text import excerpt, significant
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.formats import toml_format

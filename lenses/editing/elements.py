@@ -9,8 +9,7 @@ from dataclasses import replace
 from lensbench.core.optics.finding import Kind, note
 from lensbench.core.optics.glass import AIR, Glass
 from lensbench.core.optics.lens_surface import LensError, PoseError, Surface, SurfacePose
-from lensbench.core.optics.prescription import Lens, medium_before
-from lensbench.core.optics.surface_numbers import CONIC, POSE, SEMI_DIAMETER, THICKNESS, with_surfaces
+from lensbench.core.optics.prescription import CONIC, POSE, SEMI_DIAMETER, THICKNESS, Lens, medium_before, with_surfaces
 from lensbench.core.optics.system import SystemData
 from lensbench.core.text import significant
 from lensbench.lenses.editing.document import EditError, LensDocument, Pickup, words

@@ -11,8 +11,7 @@ from math import inf, isfinite
 
 from lensbench.core.optics.finding import Finding, Kind
 from lensbench.core.optics.lens_surface import LensError, Surface
-from lensbench.core.optics.prescription import Lens
-from lensbench.core.optics.surface_numbers import value_of, with_surfaces, with_value_of
+from lensbench.core.optics.prescription import Lens, value_of, with_surfaces, with_value_of
 from lensbench.lenses.editing.document import LensDocument, Pickup, Solve, words
 from lensbench.lenses.file_error import RowError
 from lensbench.lenses.tables.paraxial import FAR, image_distance, ray

@@ -10,8 +10,7 @@ from math import isfinite
 
 from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.lens_surface import LensError, Surface, SurfacePose
-from lensbench.core.optics.prescription import Lens, medium_before, refracts
-from lensbench.core.optics.surface_numbers import THICKNESS, with_surfaces
+from lensbench.core.optics.prescription import THICKNESS, Lens, medium_before, refracts, with_surfaces
 from lensbench.core.text import significant
 from lensbench.lenses.editing.document import EditError, LensDocument, Places, Solve, varies
 from lensbench.lenses.editing.solves import settled, solution

@@ -1,4 +1,4 @@
-"""Images of point lights, measured independently of `model_error` and `model_choice`.
+"""Images of point lights, measured independently of `model_choice`.
 
 Through the lens: rays of the scalar reference from the light to a fine grid before the front, on to the film. Through
 an ideal model: its closed form, place by place of its pupil. Through a polynomial: Newton's method on the film

@@ -11,8 +11,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.core.cameras.environment import LAYOUTS
 from lensbench.core.cameras.fisheye import PROJECTIONS
+from lensbench.core.cameras.without_lens import LAYOUTS
 from tests.library import CLASSICS
 
 DGAUSS = lenses.load("pbrt-dgauss-50mm")

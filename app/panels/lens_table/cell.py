@@ -12,7 +12,7 @@ from lensbench.app.drawing import theme
 from lensbench.app.panels.lens_table.state import Cell, Entry, LensTableState, Scrub
 from lensbench.app.session import lens_cells
 from lensbench.app.settings.settings import Settings
-from lensbench.core.optics.surface_numbers import value_of
+from lensbench.core.optics.prescription import value_of
 from lensbench.lenses.editing.cells import with_value
 from lensbench.lenses.editing.document import EditError, LensDocument
 from lensbench.lenses.editing.elements import with_pose

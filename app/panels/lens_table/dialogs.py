@@ -17,7 +17,7 @@ from lensbench.app.panels.lens_table.cell import cell_item, number_cell
 from lensbench.app.panels.lens_table.state import LensTableState
 from lensbench.app.session import lens_cells
 from lensbench.app.settings.settings import Settings
-from lensbench.core.optics.surface_numbers import POSE
+from lensbench.core.optics.prescription import POSE
 from lensbench.core.text import significant, true_minus
 from lensbench.lenses.editing import attachments
 from lensbench.lenses.editing.document import EditError, LensDocument

@@ -14,7 +14,7 @@ from lensbench.app.panels.lens_table.state import Attachment, LensTableState
 from lensbench.app.session.edited_lens import can_save_in_place, reverted
 from lensbench.app.session.notices import Request
 from lensbench.app.settings.settings import Settings
-from lensbench.core.optics.surface_numbers import value_of
+from lensbench.core.optics.prescription import value_of
 from lensbench.core.text import significant
 from lensbench.lenses.editing import attachments, elements, structure
 from lensbench.lenses.editing.cells import with_rule, without_rule

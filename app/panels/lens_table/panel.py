@@ -21,7 +21,7 @@ from lensbench.app.session import lens_cells
 from lensbench.app.session.edited_lens import document_of, faults_of
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.finding import Finding, Kind
-from lensbench.core.optics.surface_numbers import CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS
+from lensbench.core.optics.prescription import CONIC, CURVATURE, CURVATURE_X, SEMI_DIAMETER, THICKNESS
 from lensbench.core.text import RAISED, fixed
 from lensbench.lenses.editing.cells import with_comment
 from lensbench.lenses.editing.document import LensDocument

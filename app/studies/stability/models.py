@@ -15,8 +15,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.drawing.sheet import DIM, INK, look, save, sheet
 from lensbench.app.studies.stability.sweep import Sweep, curve
-from lensbench.core.analysis.model_choice import LADDER
-from lensbench.core.analysis.model_error import ModelErrors, Rung
+from lensbench.core.analysis.model_choice import LADDER, ModelErrors, Rung
 from lensbench.core.text import significant
 from lensbench.lenses.library.catalogue import one_of_each_kind
 

@@ -11,7 +11,7 @@ from lensbench.app.session import lens_cells
 from lensbench.app.session.edited_lens import document_of, edited, original, reverted, save_document, with_document
 from lensbench.app.session.states import History, load_settings, save_settings
 from lensbench.app.settings.settings import Settings
-from lensbench.core.optics.surface_numbers import CURVATURE
+from lensbench.core.optics.prescription import CURVATURE
 from lensbench.lenses.editing.cells import with_comment, with_rule, with_value
 from lensbench.lenses.editing.document import EditError, Pickup, Solve
 from tests.lenses.samples import DATA

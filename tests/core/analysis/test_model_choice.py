@@ -10,8 +10,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.core.analysis import model_choice
-from lensbench.core.analysis.model_choice import LADDER
-from lensbench.core.analysis.model_error import ModelErrors
+from lensbench.core.analysis.model_choice import LADDER, ModelErrors
 from lensbench.core.kernels.block import B
 from tests.core import point_lights
 from tests.core.point_lights import setting, verdict

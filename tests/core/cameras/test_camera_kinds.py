@@ -9,8 +9,8 @@ from hypothesis import given, settings, strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.core.cameras.environment import LAYOUTS
 from lensbench.core.cameras.fisheye import PROJECTIONS
+from lensbench.core.cameras.without_lens import LAYOUTS
 from lensbench.core.imaging.transform import transform_steps
 from lensbench.core.optics.glass import D_LINE
 from tests.core.oracles import biconvex

@@ -8,8 +8,8 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.core.cameras.environment import LAYOUTS
 from lensbench.core.cameras.fisheye import PROJECTIONS
+from lensbench.core.cameras.without_lens import LAYOUTS
 from lensbench.core.scenery.objects.material import Material
 
 FILM = lb.Film(36.0, 24.0, 96, 64)

@@ -15,7 +15,7 @@ from lensbench.core.design.goal import Goal, MeritError, Position, edge_thicknes
 from lensbench.core.design.improve import moved
 from lensbench.core.design.merit import Merit, judge
 from lensbench.core.optics.glass import D_LINE
-from lensbench.core.optics.surface_numbers import value_of, with_surfaces
+from lensbench.core.optics.prescription import value_of, with_surfaces
 from lensbench.lenses.editing.cells import with_rule
 from lensbench.lenses.editing.document import LensDocument, Solve
 

@@ -13,7 +13,7 @@ from lensbench.core.design.goal import Goal, MeritError, Position, held_lengths,
 from lensbench.core.design.improve import derivatives
 from lensbench.core.design.merit import DENSE, Merit
 from lensbench.core.optics.glass import C_LINE, D_LINE, F_LINE
-from lensbench.core.optics.surface_numbers import with_surfaces
+from lensbench.core.optics.prescription import with_surfaces
 
 TRIPLET = lenses.load("lenshh-cooke-triplet-50")
 # A stop in front: the rays in front of the lens do not depend on it
