@@ -20,7 +20,7 @@ from lensbench.app.bench.water_window import port_index, port_of
 from lensbench.app.scenes.asset_files import Stamp, file_stamp
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_angle, format_distance, format_length
-from lensbench.core.analysis.depth_over_field import beams
+from lensbench.core.analysis.focus_wedge import beams
 from lensbench.core.imaging.film import UPRIGHT
 from lensbench.core.text import true_minus
 

@@ -25,7 +25,7 @@ from lensbench.app.bench.water_window import port_of
 from lensbench.app.scenes.asset_files import Stamp, file_stamp
 from lensbench.app.settings.dial_scales import WHOLE_STOPS
 from lensbench.app.settings.settings import Settings
-from lensbench.core.analysis.depth_over_field import Beams, beams
+from lensbench.core.analysis.focus_wedge import Beams, beams
 from lensbench.core.cameras.flat_port import FlatPort
 
 ACROSS, DOWN = 9, 7                    # nodes of traced beams

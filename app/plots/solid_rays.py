@@ -20,7 +20,7 @@ from lensbench.app.plots.section import Sketch
 from lensbench.app.plots.solids import Strokes, strokes
 from lensbench.app.scenes.asset_files import Stamp, file_stamp
 from lensbench.app.settings.settings import Settings
-from lensbench.core.analysis.depth_over_field import beams
+from lensbench.core.analysis.focus_wedge import beams
 from lensbench.core.cameras.flat_port import FlatPort
 
 RADII = 13                      # film radii from the axis to the edge of light

@@ -5,7 +5,7 @@ edge of the stop, gives the whole beam of a rotationally symmetric lens; its inn
 """
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from math import inf, isinf, nan, pi, sqrt
 
 import numpy as np
@@ -18,6 +18,7 @@ from lensbench.core.analysis.grids.traced_grid import check_traceable
 from lensbench.core.analysis.spot_diagram import pupil_by_height
 from lensbench.core.analysis.transfer_function import FAST, cosine_of_turns
 from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.numeric import gauss_rule
 from lensbench.core.optics.glass import GlassError
 from lensbench.core.optics.lens_surface import LensError
 from lensbench.core.optics.paraxial import first_order, ray_matrix
@@ -103,8 +104,8 @@ class RadialBeam:
         """(K,) OTF, which is real, at one frequency (cycles/mm) for a film shifted by even steps (K,), mm along +z."""
         line = 1e-3 * self.wavelength
         out = np.zeros(len(shifts))
-        _radial_transfer(self.pupil, self.opd / line, self.offset / line, self.root, 0.5 * line * frequency, *_gauss(),
-                         shifts[0] / line, (shifts[1] - shifts[0]) / line, out)
+        _radial_transfer(self.pupil, self.opd / line, self.offset / line, self.root, 0.5 * line * frequency,
+                         *gauss_rule(GAUSS), shifts[0] / line, (shifts[1] - shifts[0]) / line, out)
         return out / (pi * self.light[-1])
 
 
@@ -136,13 +137,6 @@ def axial_rays(lens: Lens, film_distance: float, conditions: Conditions, heights
         landed, ended = beams.forward(colour, of_field, starts)
         rows[c], victim[c, known] = np.where(known, landed, nan), ended[known]
     return AxialRays(axis, heights, np.abs(entries), float(beams.reaches[0]), rows, victim)
-
-
-@lru_cache(maxsize=1)
-def _gauss() -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights of Gauss's rule on 0 … 1."""
-    node, weight = np.polynomial.legendre.leggauss(GAUSS)
-    return 0.5 * (node + 1.0), 0.5 * weight
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

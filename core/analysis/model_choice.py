@@ -23,6 +23,7 @@ from lensbench.core.cameras.real_lens import LensCamera
 from lensbench.core.cameras.shutter import CameraError
 from lensbench.core.imaging.spectrum import WAVELENGTHS
 from lensbench.core.kernels.block import BLUE, CLEARANCE, RED, U0, U1, WEIGHT, B, L, M, N, X, Y, Z, lane_buffer
+from lensbench.core.kernels.numeric import gauss_rule
 from lensbench.core.kernels.program import Program
 from lensbench.core.kernels.sampling import sampling_steps
 from lensbench.core.lens_models.polynomial import DEGREES, Polynomial
@@ -317,9 +318,9 @@ def _within(rung: Rung, limits: tuple[float, float]) -> bool:
 
 def _nodes() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Quadrature over one region: turns around its upper half, 0 to 1; share of the area within; weights."""
-    node, weight = np.polynomial.legendre.leggauss(RADII)
-    turn, area = np.meshgrid((np.arange(AZIMUTHS) + 0.5) / AZIMUTHS, 0.5 * (node + 1.0), indexing="ij")
-    return turn.ravel(), area.ravel(), np.tile(0.5 * weight / AZIMUTHS, AZIMUTHS)
+    nodes, weights = gauss_rule(RADII)
+    turn, area = np.meshgrid((np.arange(AZIMUTHS) + 0.5) / AZIMUTHS, nodes, indexing="ij")
+    return turn.ravel(), area.ravel(), np.tile(weights / AZIMUTHS, AZIMUTHS)
 
 
 NODES = _nodes()

@@ -14,6 +14,7 @@ import numpy as np
 
 from lensbench.core.analysis.grids.chief_rays import find_chief_rays
 from lensbench.core.design.goal import Goal, edge_thickness, held_lengths, image_distance
+from lensbench.core.kernels.numeric import gauss_rule
 from lensbench.core.optics.focus import sharpest
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.paraxial import ray_matrix, scene_side_origin
@@ -83,12 +84,12 @@ class Merit:
 
     def __init__(self, start: Lens, goal: Goal, sampling: tuple[int, int] = SAMPLING):
         rings, arms = sampling
-        nodes, parts = np.polynomial.legendre.leggauss(rings)           # in the square of the radius
-        radii = np.sqrt(0.5 + 0.5 * nodes)
+        squares, shares = gauss_rule(rings)
+        radii = np.sqrt(squares)
         turns = np.arange(arms) + 0.5 * (np.arange(rings) % 2)[:, None]
         angles = 2.0 * pi * (turns + 0.25) / arms
         self._points = np.stack([radii[:, None] * np.cos(angles), radii[:, None] * np.sin(angles)], 2).reshape(-1, 2)
-        self._parts = np.repeat(0.5 * parts / arms, arms)               # of the stop's area, by ray
+        self._parts = np.repeat(shares / arms, arms)               # of the stop's area, by ray
         self.goal = goal
         lenses = [position.of(start) for position in goal.positions]
         f_number = held_lengths(lenses[0], inf, goal.primary_wavelength, False)[0]

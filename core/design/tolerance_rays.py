@@ -21,6 +21,7 @@ from lensbench.core.analysis.grids.traced_grid import ray_grid
 from lensbench.core.analysis.transfer_function import mtf
 from lensbench.core.imaging.film import Film
 from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.numeric import gauss_rule
 from lensbench.core.kernels.pauses import due, pause
 from lensbench.core.optics.focus import film_distance
 from lensbench.core.optics.lens_surface import Frame, LensError, SurfacePose
@@ -160,9 +161,9 @@ def _beam(lens: Lens, angle: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]
         between = 0.5 * (inside + outside)
         passed = passes(middle + between[:, None] * arms)
         inside, outside = np.where(passed, between, inside), np.where(passed, outside, between)
-    nodes, parts = np.polynomial.legendre.leggauss(RINGS)               # in the square of the radius
-    reach = np.sqrt(0.5 + 0.5 * nodes)[:, None] * inside
-    areas = (parts[:, None] * inside**2).ravel()
+    squares, shares = gauss_rule(RINGS)
+    reach = np.sqrt(squares)[:, None] * inside
+    areas = (shares[:, None] * inside**2).ravel()
     starts = origins((middle + reach[..., None] * arms).reshape(-1, 2))
     return starts, np.repeat(direction[None], len(starts), 0), areas / areas.sum()
 

@@ -1,4 +1,4 @@
-"""Numerical helpers: roots, monotone interpolation, rotations and the sRGB curve.
+"""Numerical helpers: roots, quadrature, monotone interpolation, rotations and the sRGB curve.
 
 The curve passes through every value and has a continuous slope. Between two values it rises or falls as they do, so
 that it never overshoots; between equal values it is flat. Two values alone are joined by a straight line. Source of the
@@ -8,6 +8,7 @@ slopes: Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5 (1984) 300.
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
+from functools import cache
 from math import sqrt
 
 import numpy as np
@@ -53,6 +54,13 @@ def find_minimum(function: Callable[[float], float], low: float, high: float) ->
         else:
             low = left
     return 0.5 * (low + high)
+
+
+@cache
+def gauss_rule(points: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights (points,) of Gauss's quadrature rule from 0 to 1."""
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    return 0.5 * (nodes + 1.0), 0.5 * weights
 
 
 def monotone_cubic(xs: Sequence[float], ys: Sequence[float], x: float) -> float:

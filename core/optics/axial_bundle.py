@@ -12,6 +12,7 @@ from math import cos, hypot, inf, pi, prod, sin, sqrt
 import numpy as np
 
 from lensbench.core.kernels.cache import njit
+from lensbench.core.kernels.numeric import gauss_rule
 from lensbench.core.optics.coatings import BARE, Coating, named_coating
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.lens_surface import LensError
@@ -33,8 +34,8 @@ def zone_rule() -> tuple[np.ndarray, np.ndarray]:
     """Heights over the marginal height, and weights of sum 1, of Gauss's rule over the pupil's area; the outermost ray
     last.
     """
-    nodes, weights = np.polynomial.legendre.leggauss(ZONES)
-    return np.append(np.sqrt(0.5 * (nodes + 1.0)), WITHIN_THE_RIM), np.append(0.5 * weights, 0.0)
+    nodes, weights = gauss_rule(ZONES)
+    return np.append(np.sqrt(nodes), WITHIN_THE_RIM), np.append(weights, 0.0)
 
 
 def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -48,7 +49,7 @@ def fan_rule(lens: Lens, nearness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     for section in lens.sections:
         a, b, _, _ = ray_matrix(section, 0, lens.stop_index)
         axes.append(1.0 / np.maximum(np.abs(a + b * nearness * lens.front_index), 1e-6))
-    if lens.is_centred:
+    if lens.is_mirror_symmetric:
         azimuth, weights = np.linspace(0.0, 0.5 * pi, FAN), np.ones(FAN)
         weights[[0, -1]] = 0.5
     else:

@@ -13,14 +13,14 @@ The stages map samples of the disk to the opening, and block rays at the blades.
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cache, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
 from lensbench.core.kernels.block import (
     A0, A1, A2, A3, A4, A5, CLEARANCE, U0, U1, WEIGHT, B, Step, X, Y, gather, rows, stage
 )
-from lensbench.core.kernels.numeric import find_root
+from lensbench.core.kernels.numeric import find_root, gauss_rule
 from lensbench.core.optics.stop_image import RINGS, StopImage
 from lensbench.core.text import significant
 
@@ -221,10 +221,10 @@ class Iris:
             return float(self.image.ring_means @ np.diff(function(np.sqrt(np.arange(RINGS + 1) / RINGS))))
         if self.is_round:
             return float(function(np.ones(1))[0])
-        node, weight = _gauss()
+        nodes, weights = gauss_rule(24)
         half, cut = math.pi / self.blades, self._cut
-        azimuth = self.rotation + 0.5 * math.pi + cut + 0.5 * (node + 1.0) * (half - cut)
-        along = float(0.5 * weight @ function(self.radius(azimuth)))
+        azimuth = self.rotation + 0.5 * math.pi + cut + nodes * (half - cut)
+        along = float(weights @ function(self.radius(azimuth)))
         return along if cut == 0.0 else (cut * float(function(np.ones(1))[0]) + (half - cut) * along) / half
 
     def outline(self, points: int = 24) -> np.ndarray:
@@ -301,13 +301,6 @@ class Iris:
         height = middle - math.cos(half)
         kappa = 2.0 * height / (math.sin(half) ** 2 + height**2)
         return 1.0 - kappa * middle, 0.5 * kappa, middle - 0.5 * kappa * middle**2
-
-
-@cache
-def _gauss() -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights of Gauss's rule from −1 to 1."""
-    node, weight = np.polynomial.legendre.leggauss(24)
-    return node, weight
 
 
 @lru_cache(maxsize=256)

@@ -253,6 +253,15 @@ class Surface:
         """What keeps the shape from rotational symmetry, in words for a message; "" for nothing."""
         return "" if self.curvature_x is None else "a cylinder or toroid"
 
+    @property
+    def is_mirror_symmetric(self) -> bool:
+        """Whether the surface is its own mirror image left to right and upside down: every centred shape is."""
+        return self.pose is None
+
+    def mirrored(self, across: bool, up: bool) -> "Surface":
+        """The surface mirrored across (along x), up (along y), or both: its pose alone changes."""
+        return self if self.pose is None else replace(self, pose=self.pose.mirrored(across, up))
+
     def section(self, axis: str) -> "Surface":
         """The rotationally symmetric surface of the section x–z (axis "x") or y–z ("y"); LensError for another axis.
 

@@ -137,6 +137,11 @@ class Lens:
         """Whether no surface is decentred, tilted or rolled."""
         return all(surface.pose is None for surface in self.surfaces)
 
+    @cached_property
+    def is_mirror_symmetric(self) -> bool:
+        """Whether every surface is its own mirror image left to right and upside down: a quadrant stands for all."""
+        return all(surface.is_mirror_symmetric for surface in self.surfaces)
+
     @property
     def asymmetry(self) -> str:
         """What the lens has that keeps it from rotational symmetry, in words for a message; "" for nothing."""
@@ -174,9 +179,9 @@ class Lens:
         return moved if frame is None else moved @ frame.rotation
 
     def mirrored(self, across: bool, up: bool) -> "Lens":
-        """The lens mirrored across (along x), up (along y), or both; the iris stays. Itself if it has no poses."""
-        return self if self.is_centred else replace(self, surfaces=tuple(
-            replace(surface, pose=surface.pose and surface.pose.mirrored(across, up)) for surface in self.surfaces))
+        """The lens mirrored across (along x), up (along y), or both; the iris stays. Itself if it is symmetric."""
+        return self if self.is_mirror_symmetric else replace(
+            self, surfaces=tuple(surface.mirrored(across, up) for surface in self.surfaces))
 
     @property
     def in_air(self) -> "Lens":

@@ -52,7 +52,7 @@ def solve_nodes(lens: Lens, film_distance: float, half_film: np.ndarray, wavelen
                 pose: FilmPose = UPRIGHT) -> Nodes:
     """Nodes of a film with half sides half_film (2,) mm, enlarged until the regions between them hold all light."""
     tolerance = 2e-4 * REACH * min(lens.surfaces[-1].semi_diameter, lens.stop.semi_diameter)
-    sides = np.array(SIDES[:1] if lens.is_centred and pose.is_upright else SIDES)
+    sides = np.array(SIDES[:1] if lens.is_mirror_symmetric and pose.is_upright else SIDES)
     places = [(lens.mirrored(*(side < 0.0)), pose.mirrored(*(side < 0.0).tolist())) for side in sides]
     # The rings reach beyond the film: there a posed film comes no nearer to the lens than half as near as within it
     nearest = film_distance + (0.0 if pose.is_upright else float(pose.extent(*(2.0 * half_film).tolist())[:, 2].min()))

@@ -2,11 +2,12 @@
 
 import math
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
 
 import numpy as np
 
 from lensbench.core.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y
+from lensbench.core.kernels.numeric import gauss_rule
 from lensbench.core.kernels.program import Program
 from lensbench.core.kernels.sampling import unit_table
 from lensbench.core.optics.block_trace import clearance_tracer
@@ -70,11 +71,10 @@ class ExitPupil:
 
         By Gauss's rule along each radius of the region and the trapezium rule around it.
         """
-        node, weight = _gauss(12)
         total, z2 = np.zeros(len(self.rims)), self.film_distance**2
         from_film = np.stack([self.centres - self.film_radii, 0.0 * self.centres], 1)[:, None, :]
         r2, turns = (self.rims**2).sum(2), _turns(self.rims)
-        for t, w in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):
+        for t, w in zip(*gauss_rule(12), strict=True):
             cos2 = z2 / (z2 + ((t * self.rims + from_film)**2).sum(2))
             total += w * _around(2.0 * t * r2 * cos2**2, turns)
         for k, region in self.irregular.items():
@@ -127,12 +127,6 @@ def _turns(rims: np.ndarray) -> np.ndarray:
 def _around(radial: np.ndarray, turns: np.ndarray) -> np.ndarray:
     """∫ radial dθ (n,) over the upper halves: for radial (n, m) = 2 ∫ f r dr, the integral of f over whole regions."""
     return ((radial[:, 1:] + radial[:, :-1]) * 0.5 * turns).sum(1)
-
-
-@cache
-def _gauss(points: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights of Gauss's rule from −1 to 1."""
-    return np.polynomial.legendre.leggauss(points)
 
 
 def _peak(values: np.ndarray) -> float:
@@ -222,12 +216,12 @@ def _cos4_area(outline: np.ndarray, film_distance: float) -> float:
     """∫ cos⁴θ dA (mm²) over a region seen from the film's axis point, by Gauss's rule in triangles."""
     if not len(outline):
         return 0.0
-    node, weight = _gauss(8)
+    nodes, weights = gauss_rule(8)
     after = np.roll(outline, -1, 0)
     twice = outline[:, 0] * after[:, 1] - outline[:, 1] * after[:, 0]
     total = 0.0
-    for s, ws in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):            # from the centre outwards
-        for t, wt in zip(0.5 * (node + 1.0), 0.5 * weight, strict=True):        # along the chord
+    for s, ws in zip(nodes, weights, strict=True):              # from the centre outwards
+        for t, wt in zip(nodes, weights, strict=True):          # along the chord
             x, y = (s * (outline + t * (after - outline))).T
             cos2 = film_distance**2 / (film_distance**2 + x * x + y * y)
             total += ws * wt * float((s * twice * cos2**2).sum())
