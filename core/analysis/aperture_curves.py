@@ -3,12 +3,13 @@
 Lengths in mm. Foci are measured from the film, positive behind it.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from math import inf, isinf, nan
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.analysis.axial_curves import RadialBeam, axial_rays, on_axis, paraxial_focus
 from lensbench.core.analysis.focus_map import best_places, through_focus
@@ -93,7 +94,7 @@ class Breathing:
         return 100.0 * (tangents / tangents[0] - 1.0)
 
 
-def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numbers=None,
+def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numbers: ArrayLike | None = None,
                 frequency: float = FREQUENCY, limit: float = 0.03) -> FocusShift:
     """The best focus on the axis as the lens is stopped down.
 
@@ -156,7 +157,7 @@ def _traced_beam(rays: RayGrid, shares: np.ndarray) -> _Beam:
             lambda frequency, places: np.einsum("cak,c->ak", through_focus(rays, frequency, places)[0], shares))
 
 
-def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None = None,
+def breathing(lens: Lens, film: Film, distances: ArrayLike | None = None, wavelength: float | None = None,
               focusing: Lens | None = None) -> Breathing:
     """How the field of view changes with the focus distance.
 
@@ -206,8 +207,8 @@ def breathing(lens: Lens, film: Film, distances=None, wavelength: float | None =
     return Breathing(places, angles, focal, magnified, findings)
 
 
-def relative_illumination(lens: Lens, film_distance: float, film: Film, f_numbers=None, points: int = 33,
-                          wavelength: float = D_LINE) -> tuple[tuple[str, Falloff], ...]:
+def relative_illumination(lens: Lens, film_distance: float, film: Film, f_numbers: Sequence[float] | None = None,
+                          points: int = 33, wavelength: float = D_LINE) -> tuple[tuple[str, Falloff], ...]:
     """Falloff over the film at several apertures, each split into natural falloff and vignetting.
 
     Args:

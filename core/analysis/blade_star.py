@@ -14,6 +14,7 @@ from functools import cached_property
 from math import cos, pi, sin
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.analysis.grids.field_conditions import each_of
 from lensbench.core.kernels.cache import njit
@@ -70,8 +71,8 @@ class Sunstar:
         return np.asarray(self.azimuths[higher])
 
 
-def sunstar(lens: Lens, film_distance: float, film_xy=(0.0, 0.0), radii=None, azimuths: int = AZIMUTHS,
-            colours: int = COLOURS) -> Sunstar:
+def sunstar(lens: Lens, film_distance: float, film_xy: ArrayLike = (0.0, 0.0), radii: ArrayLike | None = None,
+            azimuths: int = AZIMUTHS, colours: int = COLOURS) -> Sunstar:
     """The star about the image of a small bright light.
 
     Args:
@@ -104,7 +105,7 @@ def sunstar(lens: Lens, film_distance: float, film_xy=(0.0, 0.0), radii=None, az
     return Sunstar(angles, around, density, airy, pupil)
 
 
-def open_pupil(lens: Lens, film_distance: float, film_xy) -> np.ndarray:
+def open_pupil(lens: Lens, film_distance: float, film_xy: ArrayLike) -> np.ndarray:
     """Corners (m, 2) of the open pupil in direction cosines from a film point; the arguments are those of `sunstar`.
 
     LensError where no light reaches the film point, and for a picture in the stop.

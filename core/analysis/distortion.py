@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.analysis.grids.chief_rays import find_chief_rays
 from lensbench.core.cameras.fisheye import PROJECTIONS, image_height
@@ -69,7 +70,7 @@ class Distortion:
             return "moustache"
         return "barrel" if -low > high else "pincushion"
 
-    def displaced(self, points) -> np.ndarray:
+    def displaced(self, points: ArrayLike) -> np.ndarray:
         """Real images (…, 2) of ideal film points (…, 2), mm from the axis; NaN beyond the greatest radius."""
         points = np.asarray(points, float)
         r = np.hypot(points[..., 0], points[..., 1])
@@ -81,7 +82,7 @@ class Distortion:
             return points * np.where(r > 0.0, radii / np.where(r > 0.0, r, 1.0), 1.0)[..., None]
 
 
-def distortion(lens: Lens, film_distance: float, film_radii, projection: str = RECTILINEAR,
+def distortion(lens: Lens, film_distance: float, film_radii: ArrayLike, projection: str = RECTILINEAR,
                wavelength: float = D_LINE) -> Distortion:
     """The distortion of a lens.
 

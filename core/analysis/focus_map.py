@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from math import floor, sqrt
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.analysis.grids.field_conditions import Conditions, each_of
 from lensbench.core.analysis.grids.traced_grid import RayGrid, ray_grid
@@ -69,8 +70,8 @@ def best_places(shifts: np.ndarray, values: np.ndarray) -> np.ndarray:
     return np.where((peak == inner) & (middle >= 0.0), places, np.nan)
 
 
-def mtf_map(lens: Lens, film_distance: float, conditions: Conditions, frequency: float = FREQUENCY, shifts=None,
-            fields: int = FIELDS, pupil: int = 32) -> MtfMap:
+def mtf_map(lens: Lens, film_distance: float, conditions: Conditions, frequency: float = FREQUENCY,
+            shifts: ArrayLike | None = None, fields: int = FIELDS, pupil: int = 32) -> MtfMap:
     """The map of the MTF over field and focus.
 
     Args:

@@ -10,9 +10,11 @@ and light counts as unpolarised at every surface.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.analysis.grids.field_conditions import check_wavelength
 from lensbench.core.cameras.film_landing import landing_step
@@ -56,8 +58,8 @@ class LightBudget:
         return sum(self.to_film) + sum(self.to_scene) + self.clipped + self.lost + self.left
 
 
-def light_budget(lens: Lens, origin, direction, wavelength: float = D_LINE, coating: str | Coating = "uncoated",
-                 least: float = LEAST) -> LightBudget:
+def light_budget(lens: Lens, origin: ArrayLike, direction: ArrayLike, wavelength: float = D_LINE,
+                 coating: str | Coating = "uncoated", least: float = LEAST) -> LightBudget:
     """The light budget of one ray.
 
     Args:
@@ -179,7 +181,7 @@ class Ghosts:
         return sum(row.share for row in self.rows)
 
 
-def ghosts(lens: Lens, film_distance: float, light=(0.0, 0.0, math.inf), wavelength: float = D_LINE,
+def ghosts(lens: Lens, film_distance: float, light: Sequence[float] = (0.0, 0.0, math.inf), wavelength: float = D_LINE,
            coating: str | Coating = "uncoated", cells: int = CELLS) -> Ghosts:
     """Every ghost of a light, estimated by matrices and traced.
 
@@ -238,7 +240,7 @@ def entering_light(lens: Lens, front_z: float, light: np.ndarray) -> float:
     return 2.0 * math.pi * float(around.mean()) * float(towards @ towards)
 
 
-def light_place(lens: Lens, film_distance: float, light) -> np.ndarray:
+def light_place(lens: Lens, film_distance: float, light: Sequence[float]) -> np.ndarray:
     """A light as four numbers of the camera frame: its place (mm) and 1, or for a distant one the direction and 0."""
     x, y, z = (float(value) for value in light)
     if math.isinf(z):

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.analysis.grids.field_conditions import each_of
 from lensbench.core.analysis.grids.traced_grid import RayGrid
@@ -279,7 +280,7 @@ def _over_pixel(density: np.ndarray, side: float) -> np.ndarray:
     return density
 
 
-def encircled_energy(spread: PointSpread, radii) -> np.ndarray:
+def encircled_energy(spread: PointSpread, radii: ArrayLike) -> np.ndarray:
     """The part of the light within circles about the centroid of each field.
 
     Args:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.analysis.grids.field_beams import OFFSET_S, OFFSET_T, OPD, SLOPE_S, SLOPE_T, FieldBeams
 from lensbench.core.analysis.grids.traced_grid import RayGrid
@@ -101,7 +102,7 @@ class Spots:
         return light_shares(self.rays)
 
 
-def spots(rays: RayGrid, reference: str = "chief", shifts=(0.0,)) -> Spots:
+def spots(rays: RayGrid, reference: str = "chief", shifts: ArrayLike = (0.0,)) -> Spots:
     """Spots of a ray grid.
 
     Rays count with the light of their cell of the pupil (`RayGrid.weight`); `rays.lost` counts those that a rim ends.
@@ -144,7 +145,7 @@ def spots(rays: RayGrid, reference: str = "chief", shifts=(0.0,)) -> Spots:
     return Spots(rays, reference, shifts, references, centroids, rms, geo)
 
 
-def checked_shifts(shifts) -> np.ndarray:
+def checked_shifts(shifts: ArrayLike) -> np.ndarray:
     """Shifts of the film (K,), mm; LensError for one that is not finite."""
     made = np.atleast_1d(np.asarray(shifts, float))
     if not np.isfinite(made).all():

@@ -18,6 +18,7 @@ from functools import cached_property
 from math import floor
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.analysis.grids.field_conditions import each_of
 from lensbench.core.analysis.grids.traced_grid import RayGrid
@@ -76,7 +77,7 @@ class Mtf:
         return _white(self.limit, self.rays)
 
 
-def mtf(rays: RayGrid, frequencies=PRINTED, method: str = "diffraction", shift: float = 0.0) -> Mtf:
+def mtf(rays: RayGrid, frequencies: ArrayLike = PRINTED, method: str = "diffraction", shift: float = 0.0) -> Mtf:
     """MTF of a ray grid.
 
     Args:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from math import cos, inf, isinf, pi, sin
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.lens_surface import LensError
@@ -200,7 +201,7 @@ class Falloff:
             return np.log2(self.total)
 
 
-def falloff(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE) -> Falloff:
+def falloff(lens: Lens, film_distance: float, film_radii: ArrayLike, wavelength: float = D_LINE) -> Falloff:
     """The falloff of a lens; its blades count as a circle of as much area.
 
     Args:

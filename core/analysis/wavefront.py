@@ -15,6 +15,7 @@ from functools import cached_property, lru_cache
 from math import cos, factorial, pi, sin, sqrt
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.analysis.grids.field_conditions import each_of
 from lensbench.core.analysis.grids.traced_grid import RayGrid
@@ -77,7 +78,7 @@ def radial_coefficients(n: int, m: int) -> tuple[int, ...]:
                  for k in range((n - m) // 2 + 1))
 
 
-def zernikes(count: int, x, y) -> np.ndarray:
+def zernikes(count: int, x: ArrayLike, y: ArrayLike) -> np.ndarray:
     """Zernike polynomials in Noll's order and normalisation.
 
     Args:

@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.cameras.film_landing import FilmImportance, Importance, gaussian_importance
 from lensbench.core.cameras.ray_generation import RayGeneration
@@ -54,7 +55,8 @@ class Camera(RayGeneration):
 
     # Projection onto the film
 
-    def raster_from_point(self, points, pupil_uv=None, time=0.0, wavelength: float = D_LINE):
+    def raster_from_point(self, points: ArrayLike, pupil_uv: ArrayLike | None = None, time: ArrayLike = 0.0,
+                          wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
         """Projection of points of the world onto the raster. Other objects of the scene hide nothing.
 
         Args:
@@ -89,7 +91,8 @@ class Camera(RayGeneration):
 
         return project_onto_open_rows(self, project, len(points))
 
-    def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray, wavelength: float = D_LINE):
+    def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray, wavelength: float = D_LINE
+                       ) -> tuple[np.ndarray, np.ndarray]:
         """Film points (n, 2), mm, whose rays through pupil_uv (n, 2) in [0, 1]² meet points (n, 3), mm, of the camera
         frame.
 
@@ -99,7 +102,8 @@ class Camera(RayGeneration):
             return self.gaussian.film_points(points, pupil_uv)
         return self._film_by_newton(self.camera_steps(wavelength), points, pupil_uv)
 
-    def _film_by_newton(self, steps: list[Step], points: np.ndarray, pupil_uv: np.ndarray):
+    def _film_by_newton(self, steps: list[Step], points: np.ndarray, pupil_uv: np.ndarray
+                       ) -> tuple[np.ndarray, np.ndarray]:
         """`film_from_point` by Newton's method, with steps from the film to the ray in the camera frame."""
         program = Program(steps, np.float64)
         return solve_film_points(program, points, pupil_uv, self.stage_uv, self.stage_centre,
@@ -114,7 +118,8 @@ class Camera(RayGeneration):
         across, right, down, bottom = self.film_step.parameters
         return np.stack([(right - film_xy[:, 0]) / across, (film_xy[:, 1] + bottom) / down], 1)
 
-    def importance(self, origins, directions, time=0.0, wavelength: float = D_LINE) -> Importance:
+    def importance(self, origins: ArrayLike, directions: ArrayLike, time: ArrayLike = 0.0, wavelength: float = D_LINE
+                  ) -> Importance:
         """Importance and densities of rays that run from the camera into the scene.
 
         To connect a point of the scene to the camera, pass drawn pupil samples to `raster_from_point` and the raster
@@ -192,7 +197,7 @@ class Camera(RayGeneration):
         return Intrinsics(per_slope / across, per_slope / down, (right - pose.shift) / across,
                           (bottom + pose.rise) / down)
 
-    def spaces(self, near: float = 1.0, far: float = math.inf, time=0.0) -> Spaces:
+    def spaces(self, near: float = 1.0, far: float = math.inf, time: ArrayLike = 0.0) -> Spaces:
         """Transforms between raster, screen, camera and world, for the camera at a shutter sample `time` in [0, 1).
 
         near, far: distances (mm) of the planes of depth 0 and 1; an orthographic camera needs a finite far plane, and
@@ -208,7 +213,8 @@ class Camera(RayGeneration):
         return Spaces(film.pixels_x, film.pixels_y, self.window or film_window(film), -1.0 / (per_slope * half),
                       near, far, perspective, eye, self.placement(time))
 
-    def places(self, raster_xy, distance: float, time=0.0, object_from_world=None) -> Places:
+    def places(self, raster_xy: ArrayLike, distance: float, time: ArrayLike = 0.0,
+               object_from_world: ArrayLike | None = None) -> Places:
         """Raster points (n, 2) in every space, for every camera kind: the data of a read-out under the mouse.
 
         raster_xy: pixels. distance: to the object (mm), along the ray through the centre of the pupil; time: shutter

@@ -34,7 +34,7 @@ class CameraStages(PlacedShutter):
     weights: str = "relative"
     medium: Medium | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if self.weights == "one":
             object.__setattr__(self, "weights", "radiance")

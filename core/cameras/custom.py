@@ -15,6 +15,7 @@ from inspect import signature
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.film_landing import FilmLanding, Triple
@@ -57,7 +58,7 @@ class CustomLanding:
     the user's function of origins (n, 3) and unit directions (n, 3), towards the scene, that returns raster and uv.
     """
 
-    def __init__(self, film: Film, rays: Rays, back: Back):
+    def __init__(self, film: Film, rays: Rays, back: Back) -> None:
         self._rays, self._back = rays, back
         self._size = np.array([film.pixels_x, film.pixels_y], float)
         self._find_opening()
@@ -247,7 +248,7 @@ class CustomCamera(Camera):
     time_dependent: bool = True
     back: Callable[..., Any] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not isinstance(self.film, Film):
             raise CameraError(f"the film of a custom camera is an lb.Film, not {_described(self.film)}")
         super().__post_init__()
@@ -280,7 +281,7 @@ class CustomCamera(Camera):
     def _not_projective(self) -> str:
         return "the rays of a custom camera come from a function, of which no first-order map is known"
 
-    def at(self, time=0.0) -> "CustomCamera":
+    def at(self, time: float = 0.0) -> "CustomCamera":
         """The same camera with its function held at one time (s, on the clock of shutter_open); its own movement
         remains.
         """
@@ -314,7 +315,8 @@ class CustomCamera(Camera):
         origins, directions, weights = self._checked_rays(raster, uv, time)
         rows[X:Z + 1], rows[L:N + 1], rows[WEIGHT] = origins.T, directions.T, weights
 
-    def _checked_rays(self, raster: np.ndarray, uv: np.ndarray, time: np.ndarray):
+    def _checked_rays(self, raster: np.ndarray, uv: np.ndarray, time: np.ndarray
+                     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Origins, unit directions and weights that the function gives; CameraError where they are no rays."""
         returned = self.rays(raster, uv, time)
         if not isinstance(returned, tuple | list) or len(returned) not in (2, 3):
@@ -353,7 +355,8 @@ class CustomCamera(Camera):
         scaled = np.where(lit[:, None], directions, [0.0, 0.0, -1.0]) / safe
         return (np.where(lit[:, None], origins, 0.0), scaled / np.sqrt((scaled * scaled).sum(1))[:, None], weights)
 
-    def raster_from_point(self, points, pupil_uv=None, time=0.0, wavelength: float = D_LINE):
+    def raster_from_point(self, points: ArrayLike, pupil_uv: ArrayLike | None = None, time: ArrayLike = 0.0,
+                          wavelength: float = D_LINE) -> tuple[np.ndarray, np.ndarray]:
         """Projection by Newton's method on the function; see `Camera.raster_from_point`.
 
         CameraError for several times, or a rolling shutter, with a function that depends on time: project with `at`.
@@ -366,7 +369,7 @@ class CustomCamera(Camera):
         seconds = self.shutter_open + self._seconds_since_open(time)
         return self.at(seconds).raster_from_point(points, pupil_uv, time, wavelength)
 
-    def _seconds_since_open(self, time) -> float:
+    def _seconds_since_open(self, time: ArrayLike) -> float:
         """Time (s) since shutter_open of a shutter sample in [0, 1]."""
         return float(Program([self.clock], np.float64).run({TIME: checked_times(time)[None]}, [TIME], 1)[0, 0])
 
@@ -382,7 +385,7 @@ def _check_arguments(function: Callable[..., Any], name: str, arguments: tuple[s
         return
 
 
-def _described(value) -> str:
+def _described(value: object) -> str:
     """What a function returned, in a few words."""
     shape = getattr(value, "shape", None)
     if shape is not None:

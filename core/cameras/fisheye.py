@@ -8,6 +8,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.film_landing import FilmImportance, point_importance
@@ -44,7 +45,7 @@ class FisheyeCamera(Camera):
     projection: str = "equidistant"
     fov_axis: str = "shorter"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if self.projection not in PROJECTIONS:
             raise CameraError(f"projection {self.projection!r}: choose one of {', '.join(PROJECTIONS)}")
@@ -76,7 +77,8 @@ class FisheyeCamera(Camera):
         p[INVERSE_F], p[IMAGE_RADIUS] = 1.0 / self.focal_length, self.image_radius
         return [Step(_STAGES[self.projection], p)]
 
-    def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
+    def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray | None, wavelength: float = D_LINE
+                       ) -> tuple[np.ndarray, np.ndarray]:
         """Projection of points in closed form; see `Camera.film_from_point`."""
         across = np.hypot(points[:, 0], points[:, 1])
         theta = np.arctan2(across, -points[:, 2])
@@ -86,7 +88,7 @@ class FisheyeCamera(Camera):
             film = -points[:, :2] * np.where(across > 0.0, r / across, 0.0)[:, None]
         return np.where(visible[:, None], film, math.nan), visible
 
-    def film_slopes(self, film_xy, directions):
+    def film_slopes(self, film_xy: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Derivatives in closed form: dθ/dr along the radius and sin θ / r across it; see `Camera.film_slopes`."""
         sine, cosine = np.hypot(directions[:, 0], directions[:, 1]), -directions[:, 2]
         theta = np.arctan2(sine, cosine)
@@ -107,7 +109,8 @@ class FisheyeCamera(Camera):
                 slopes[axis, :, 3:] = (out[:, axis] * along)[:, None] * meridian + (turn * across)[:, None] * ring
         return slopes
 
-    def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
+    def film_importance(self, origins: np.ndarray, directions: np.ndarray, wavelength: float = D_LINE
+                       ) -> FilmImportance:
         """Importance from the film area per solid angle, r dr / (sin θ dθ); see `Camera.film_importance`."""
         sine = np.hypot(directions[:, 0], directions[:, 1])
         theta = np.arctan2(sine, -directions[:, 2])
@@ -121,7 +124,7 @@ class FisheyeCamera(Camera):
         return point_importance(film, density, visible, origins, directions)
 
 
-def image_height(projection: str, theta):
+def image_height(projection: str, theta: ArrayLike) -> np.ndarray:
     """Image height r / f of the angle θ (radians, a number or an array)."""
     if projection == "equidistant":
         return np.asarray(theta) * 1.0

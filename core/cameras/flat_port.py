@@ -6,6 +6,7 @@ of Optics", section 2.6). Off the axis it appears nearer still, and as two foci.
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -51,11 +52,11 @@ class FlatPort:
     window: float = 0.0
     index: float = 1.0
 
-    def apparent(self, distance):
+    def apparent(self, distance: Any) -> Any:
         """The distance (mm, also an array, also inf) at which the camera sees what is at a distance before it."""
         return self.window + (distance - self.window) / self.index
 
-    def true(self, apparent):
+    def true(self, apparent: Any) -> Any:
         """The distance (mm, also an array, also inf) of what the camera sees at a distance; inverse of `apparent`."""
         return self.window + self.index * (apparent - self.window)
 
@@ -63,7 +64,7 @@ class FlatPort:
         """The angle (radians) from the axis, beyond the window, of a ray that has an angle from it in air."""
         return math.asin(math.sin(min(angle, 0.5 * math.pi)) / self.index) if self.index != 1.0 else angle
 
-    def stretch(self, slope):
+    def stretch(self, slope: Any) -> Any:
         """True over apparent distance beyond the window for a ray of a slope (tan of the angle in air, also an array).
 
         The mean of the two foci of an oblique beam, n cos θ′ / cos θ and n cos³ θ′ / cos³ θ, θ′ beyond the window.

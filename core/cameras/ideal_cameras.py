@@ -87,7 +87,7 @@ class PerspectiveCamera(IdealLensCamera):
     roundness: float = 0.0
     stop_image: StopImage | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if not 0.0 < self.fov < math.pi:
             raise CameraError(f"field of view {significant(math.degrees(self.fov))}°: it must lie between 0° and 180°")
@@ -144,7 +144,7 @@ class OrthographicCamera(IdealLensCamera):
     roundness: float = 0.0
     stop_image: StopImage | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if not (math.isfinite(self.width) and self.width > 0.0):
             raise CameraError(f"width {significant(self.width)} mm of scene: it must be a positive number")
@@ -194,7 +194,7 @@ class PinholeCamera(Camera):
     distance: float = 50.0
     radius: float = 0.15
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         for name, value in (("film distance", self.distance), ("hole radius", self.radius)):
             if not (math.isfinite(value) and value > 0.0):

@@ -9,6 +9,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.ray_generation import fill_gaps
@@ -45,7 +46,7 @@ class _Pupil(NamedTuple):
     centre_y: np.ndarray        # (CELLS, CELLS)
 
 
-def footprint_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
+def footprint_steps(camera: Camera, real: DTypeLike) -> tuple[list[Step], list[Step]]:
     """Steps before and after those of the camera that give each sample its part of the pupil; real: the stages'
     precision.
 
@@ -68,7 +69,7 @@ def footprint_steps(camera: Camera, real) -> tuple[list[Step], list[Step]]:
     return [Step(pupil_size, sizes)], [Step(pupil_part, numbers)]
 
 
-def _measured_pupil(camera: Camera, real) -> _Pupil | None:
+def _measured_pupil(camera: Camera, real: DTypeLike) -> _Pupil | None:
     """Pupil and focus from PUPIL_SAMPLES rays of every cell; None where they define no common pupil."""
     # Rays of all cells
     film, n = camera.film, CELLS * CELLS

@@ -9,6 +9,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, DTypeLike
 
 from lensbench.core.cameras.camera_stages import CameraStages
 from lensbench.core.cameras.shutter import CameraError, Rays, checked_times
@@ -43,7 +44,7 @@ class Differentials(NamedTuple):
 _RAY = [X, Y, Z, L, M, N, WEIGHT]
 
 
-def ray_slopes(camera: CameraStages, inputs: dict[int, np.ndarray], dtype, wavelength: float,
+def ray_slopes(camera: CameraStages, inputs: dict[int, np.ndarray], dtype: DTypeLike, wavelength: float,
                timed: bool) -> np.ndarray:
     """Derivatives (2, n, 6) of origins (mm) and directions of rays in the world, per pixel to the right and down.
 
@@ -55,7 +56,7 @@ def ray_slopes(camera: CameraStages, inputs: dict[int, np.ndarray], dtype, wavel
     return _by_differences(camera, inputs, dtype, wavelength, timed) if slopes is None else slopes
 
 
-def _closed_form(camera: CameraStages, inputs: dict[int, np.ndarray], dtype,
+def _closed_form(camera: CameraStages, inputs: dict[int, np.ndarray], dtype: DTypeLike,
                  wavelength: float) -> np.ndarray | None:
     """`ray_slopes` of a camera with `film_slopes`, placed as it is at the time of each ray; else None."""
     if camera.film_slopes(np.zeros((0, 2)), np.zeros((0, 3))) is None:
@@ -88,7 +89,7 @@ def _through_port(slopes: np.ndarray, rays: np.ndarray, window: float, ratio: fl
     return np.concatenate([do + t * dd + dt * d, dbent, dalong[..., None]], -1)
 
 
-def _by_differences(camera: CameraStages, inputs: dict[int, np.ndarray], dtype, wavelength: float,
+def _by_differences(camera: CameraStages, inputs: dict[int, np.ndarray], dtype: DTypeLike, wavelength: float,
                     timed: bool) -> np.ndarray:
     """`ray_slopes` by differences of the camera's own stages.
 
@@ -147,7 +148,7 @@ def _by_differences(camera: CameraStages, inputs: dict[int, np.ndarray], dtype, 
     return derivatives
 
 
-def _widths(camera: CameraStages, dtype) -> tuple[float, ...]:
+def _widths(camera: CameraStages, dtype: DTypeLike) -> tuple[float, ...]:
     """Steps of the differences in pixels, smaller ones for blocked neighbours: errors are h² and the rounding error /
     h.
     """
@@ -155,7 +156,7 @@ def _widths(camera: CameraStages, dtype) -> tuple[float, ...]:
     return wide, wide / 16, wide / 256
 
 
-def spread_step(camera: CameraStages, real) -> Step:
+def spread_step(camera: CameraStages, real: DTypeLike) -> Step:
     """Step between sampler and camera that gives every sample the size of its pixel in the scene; real: precision.
 
     It is the rms of the extents across and down of rays through the centre of the pupil, by CELLS × CELLS cells.
@@ -222,7 +223,8 @@ def pixel_spread(lanes, p, ints, key):
 class RayGeneration(CameraStages):
     """The part of `Camera` that turns raster points and pupil samples into rays of the world."""
 
-    def generate_rays(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64, wavelength: float = D_LINE) -> Rays:
+    def generate_rays(self, raster_xy: ArrayLike, pupil_uv: ArrayLike, time: ArrayLike = 0.0,
+                      dtype: DTypeLike = np.float64, wavelength: float = D_LINE) -> Rays:
         """Rays through raster points and pupil samples, by the same stages that the renderer runs.
 
         Args:
@@ -253,14 +255,15 @@ class RayGeneration(CameraStages):
         out = Program(self.steps(wavelength, timed=True), dtype).run(inputs, [X, Y, Z, L, M, N, WEIGHT, TIME], n)
         return Rays(out[:3].T, out[3:6].T, out[6], self.shutter_open + out[7].astype(float))
 
-    def _stage_uv_of_raster(self, raster_xy: np.ndarray, pupil_uv: np.ndarray, dtype) -> np.ndarray:
+    def _stage_uv_of_raster(self, raster_xy: np.ndarray, pupil_uv: np.ndarray, dtype: DTypeLike) -> np.ndarray:
         """`stage_uv` of raster points (n, 2), within the unit square for numbers of this type."""
         film = Program([self.film_step], np.float64).run({X: raster_xy[:, 0], Y: raster_xy[:, 1]}, [X, Y],
                                                          len(raster_xy)).T
         return unit_table(self.stage_uv(film, pupil_uv), dtype)
 
-    def generate_ray_differentials(self, raster_xy, pupil_uv, time=0.0, dtype=np.float64, wavelength: float = D_LINE
-                                   ) -> tuple[Rays, Differentials, Differentials]:
+    def generate_ray_differentials(self, raster_xy: ArrayLike, pupil_uv: ArrayLike, time: ArrayLike = 0.0,
+                                   dtype: DTypeLike = np.float64, wavelength: float = D_LINE
+                                  ) -> tuple[Rays, Differentials, Differentials]:
         """Rays, and their derivatives per pixel to the right and per pixel down.
 
         The derivatives hold the pupil point fixed: the point of the unit disk, or of an exit-pupil region on the plane

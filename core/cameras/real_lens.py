@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, wraps
-from typing import Self
+from typing import Any, Self
 
 import numpy as np
 
@@ -86,7 +86,7 @@ class LensCamera(Camera):
     film_at: float | None = None
     film_pose: FilmPose = UPRIGHT
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         check_settings(self.lens, self.model, self.degree, self.weights, self.focus_method, self.film_at)
         lens = self.lens.at(close=0.0)
@@ -187,7 +187,7 @@ class LensCamera(Camera):
         """U0, U1 of the central ray: the samplers of exit-pupil regions take an angle and a squared radius."""
         return (0.0, 0.0) if self.follows_rays else (0.5, 0.5)
 
-    def stage_uv(self, film_xy, pupil_uv):
+    def stage_uv(self, film_xy: np.ndarray, pupil_uv: np.ndarray) -> np.ndarray:
         """Angle and squared radius of pupil samples in an exit-pupil region; see `Camera.stage_uv`."""
         return self._regions.stage_uv(film_xy, pupil_uv) if self.follows_rays else pupil_uv
 
@@ -201,7 +201,7 @@ class LensCamera(Camera):
         """Coordinate z (mm, camera frame) of the lens's foremost point: its first vertex, or glass or rim before it."""
         return foremost(self.lens) - self.lens.length - self.film_distance
 
-    def film_slopes(self, film_xy, directions):
+    def film_slopes(self, film_xy: np.ndarray, directions: np.ndarray) -> np.ndarray | None:
         """Derivatives in closed form for the ideal models; see `Camera.film_slopes`."""
         return None if self.follows_rays or not self.film_pose.is_upright else self.gaussian.film_slopes(directions)
 
@@ -297,7 +297,8 @@ class LensCamera(Camera):
         """Exit-pupil regions to aim at, and the divisor of cos⁴θ · area."""
         return (self.pupil if wavelength == D_LINE else self._regions.at(wavelength)), self._ray_normaliser(wavelength)
 
-    def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
+    def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray, wavelength: float = D_LINE
+                       ) -> tuple[np.ndarray, np.ndarray]:
         """Projection in closed form for the ideal models, by Newton's method to rounding through the real lens."""
         if not self.follows_rays:
             if self.film_pose.is_upright:
@@ -317,7 +318,8 @@ class LensCamera(Camera):
             shrunk = np.minimum(1.0, farthest / np.maximum(np.hypot(landed[:, 0], landed[:, 1]), 1e-30))
         return np.asarray(landed * shrunk[:, None])
 
-    def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
+    def film_importance(self, origins: np.ndarray, directions: np.ndarray, wavelength: float = D_LINE
+                       ) -> FilmImportance:
         """Importance of rays traced back to the film, which emits z² / normaliser evenly; see `Camera.film_importance`.
 
         In a medium, cos θ dω dA is smaller and W larger by the squared index. CameraError with a tilted, shifted or
@@ -337,7 +339,7 @@ class LensCamera(Camera):
 def _taking_film_distance(init: Callable[..., None]) -> Callable[..., None]:
     """`LensCamera.__init__` with the keyword film_distance, which a field cannot have beside the property."""
     @wraps(init)
-    def __init__(self, *arguments, film_distance: float | None = None, **named):    # noqa: N807
+    def __init__(self: LensCamera, *arguments: Any, film_distance: float | None = None, **named: Any) -> None:    # noqa: N807
         if film_distance is not None:
             named["film_at"] = film_distance
         init(self, *arguments, **named)

@@ -183,7 +183,7 @@ def _newton(program: Program, film: np.ndarray, points: np.ndarray, pupil_uv: np
     """`solve_film_points` with Newton's method, from starting film points (n, 2)."""
     step, reach = 1e-6 * film_radius, BEYOND * film_radius
 
-    def miss(film, which):
+    def miss(film: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Angles (m, 2) between rays and points (radians), and weights (m,), −1 where a ray runs away."""
         o, d, weight = _rays(program, film, stage_uv(film, pupil_uv[which]))
         towards = points[which] - o

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.imaging.exposure import DIRECTIONS, shutter_step
 from lensbench.core.imaging.film import Film
@@ -41,7 +42,7 @@ class Rays(NamedTuple):
     times: np.ndarray
 
 
-def checked_times(time) -> np.ndarray:
+def checked_times(time: ArrayLike) -> np.ndarray:
     """Shutter samples as an array; CameraError where they do not lie in [0, 1]."""
     times = np.asarray(time, float)
     if not ((times >= 0.0) & (times <= 1.0)).all():
@@ -77,7 +78,7 @@ class PlacedShutter:
     readout: float = 0.0
     readout_direction: str = "down"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if isinstance(self.world_from_camera, AnimatedTransform):
             _ = self.world_from_camera.scales               # raises where the transform does not scale evenly
         else:
@@ -121,7 +122,7 @@ class PlacedShutter:
         """Time (s) at which the last row is closed."""
         return self.shutter_close + self.readout
 
-    def world_from_camera_at(self, seconds) -> np.ndarray:
+    def world_from_camera_at(self, seconds: ArrayLike) -> np.ndarray:
         """Transform (4, 4) from the camera frame to the world at seconds on the clock of shutter_open; (n, 4, 4) for n
         times.
         """
@@ -130,7 +131,7 @@ class PlacedShutter:
             return pose.at(seconds)
         return np.broadcast_to(pose, (*np.shape(seconds), 4, 4))
 
-    def placement(self, time=0.0, raster=None) -> np.ndarray:
+    def placement(self, time: ArrayLike = 0.0, raster: np.ndarray | None = None) -> np.ndarray:
         """Transform (4, 4) from the camera frame to the world, at a shutter time in [0, 1) and for raster points (n,
         2), pixels.
 

@@ -47,7 +47,7 @@ class EnvironmentCamera(Camera):
     film: Film
     layout: str = "equirectangular"
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         super().__post_init__()
         if self.layout not in LAYOUTS:
             raise CameraError(f"layout {self.layout!r}: choose one of {', '.join(LAYOUTS)}")
@@ -64,13 +64,14 @@ class EnvironmentCamera(Camera):
         p[ACROSS], p[DOWN] = 2.0 / self.film.width, 2.0 / self.film.height
         return [Step(_STAGES[self.layout], p)]
 
-    def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
+    def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray | None, wavelength: float = D_LINE
+                       ) -> tuple[np.ndarray, np.ndarray]:
         """Projection of points in closed form, all visible but the origin; see `Camera.film_from_point`."""
         u, v = _BACK[self.layout](points)
         film = np.stack([-u * self.film.width / 2.0, v * self.film.height / 2.0], 1)
-        return film, np.isfinite(film).all(1)
+        return film, np.asarray(np.isfinite(film).all(1))
 
-    def film_slopes(self, film_xy, directions):
+    def film_slopes(self, film_xy: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Derivatives in closed form within a face or octant; see `Camera.film_slopes`."""
         size = np.array([2.0 / self.film.width, 2.0 / self.film.height])
         u, v = (film_xy * size * [-1.0, 1.0]).T
@@ -79,7 +80,8 @@ class EnvironmentCamera(Camera):
         slopes *= (size * [-1.0, 1.0])[:, None, None]
         return slopes
 
-    def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
+    def film_importance(self, origins: np.ndarray, directions: np.ndarray, wavelength: float = D_LINE
+                       ) -> FilmImportance:
         """Importance from the film area per solid angle; see `Camera.film_importance`."""
         x, y, z = directions.T
         with np.errstate(divide="ignore"):
@@ -270,13 +272,14 @@ class BareSensor(Camera):
         """Weight of every ray."""
         return math.pi / self._normaliser(math.pi, 1.0)
 
-    def film_slopes(self, film_xy, directions):
+    def film_slopes(self, film_xy: np.ndarray, directions: np.ndarray) -> np.ndarray:
         """Derivatives in closed form: at a fixed pupil sample the rays of all film points are parallel."""
         slopes = np.zeros((2, len(directions), 6))
         slopes[0, :, 0] = slopes[1, :, 1] = 1.0
         return slopes
 
-    def film_from_point(self, points, pupil_uv, wavelength: float = D_LINE):
+    def film_from_point(self, points: np.ndarray, pupil_uv: np.ndarray, wavelength: float = D_LINE
+                       ) -> tuple[np.ndarray, np.ndarray]:
         """Film points where the rays with the sampled directions through the points begin; every point is visible."""
         inputs = {U0: pupil_uv[:, 0], U1: pupil_uv[:, 1]}
         l, m, n = Program(self.camera_steps(wavelength), np.float64).run(inputs, [L, M, N], len(points))
@@ -285,7 +288,8 @@ class BareSensor(Camera):
             film = points[:, :2] - points[:, 2:] * np.stack([l, m], 1) / n[:, None]
         return np.where(before[:, None], film, math.nan), before & np.isfinite(film).all(1)
 
-    def film_importance(self, origins, directions, wavelength: float = D_LINE) -> FilmImportance:
+    def film_importance(self, origins: np.ndarray, directions: np.ndarray, wavelength: float = D_LINE
+                       ) -> FilmImportance:
         """Importance, which is the same for all rays from the film."""
         cosine = -directions[:, 2]
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -112,7 +112,7 @@ class _Search:
     """The search for the best lens from a start: its numbers in units of their scales, and what the solver asks for."""
 
     def __init__(self, lens: Lens, cells: Sequence[Cell], goal: Goal, start: Judgement, rules: Callable[[Lens], Lens],
-                 progress: Callable[[Step], None], cancelled: Callable[[], bool]):
+                 progress: Callable[[Step], None], cancelled: Callable[[], bool]) -> None:
         self.lens, self.cells, self.goal, self.rules = lens, cells, goal, rules
         self.start, self.progress, self.cancelled = start, progress, cancelled
         self.best, self.merit = Step(lens, start, 0), Merit(lens, goal)

@@ -82,7 +82,7 @@ class Merit:
     as its spot.
     """
 
-    def __init__(self, start: Lens, goal: Goal, sampling: tuple[int, int] = SAMPLING):
+    def __init__(self, start: Lens, goal: Goal, sampling: tuple[int, int] = SAMPLING) -> None:
         rings, arms = sampling
         squares, shares = gauss_rule(rings)
         radii = np.sqrt(squares)

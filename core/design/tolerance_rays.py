@@ -10,10 +10,12 @@ tilted and decentred as one body.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.analysis.grids.chief_rays import find_chief_rays
 from lensbench.core.analysis.grids.field_conditions import conditions
@@ -45,7 +47,8 @@ CHUNK = 25                      # copies that a thread traces at a time
 class Judge:
     """The rays of a lens, by which all of its copies are judged: see `tolerances.sensitivities` for the arguments."""
 
-    def __init__(self, lens: Lens, film: Film | None, frequencies, wavelengths=None):
+    def __init__(self, lens: Lens, film: Film | None, frequencies: ArrayLike | None,
+                 wavelengths: str | Sequence[Any] | None = None) -> None:
         if not lens.is_rotationally_symmetric:
             raise LensError(f"tolerances are computed for rotationally symmetric lenses: this one has {lens.asymmetry}")
         design = conditions(lens, film, (0.0,), wavelengths, math.inf)

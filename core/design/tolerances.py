@@ -11,8 +11,10 @@ Lengths in mm, angles in radians. Every copy of a lens focused at infinity is re
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.design.tolerance_rays import Judge, built, elements
 from lensbench.core.imaging.film import Film
@@ -102,7 +104,7 @@ class Production:
     drawn: np.ndarray
     names: tuple[tuple[str, int], ...]
 
-    def band(self, percentiles=(5.0, 50.0, 95.0)) -> np.ndarray:
+    def band(self, percentiles: Sequence[float] = (5.0, 50.0, 95.0)) -> np.ndarray:
         """Percentiles (p, fields, n, 2) of the contrast over the copies; percentiles: p numbers from 0 to 100."""
         return np.percentile(self.contrast, percentiles, axis=0)
 
@@ -123,7 +125,8 @@ def _errors(lens: Lens, within: Tolerances) -> list[tuple[str, int, float]]:
 
 
 def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances | None = None,
-                  frequencies=None, wavelengths=None) -> tuple[Sensitivity, ...]:
+                  frequencies: ArrayLike | None = None, wavelengths: str | Sequence[Any] | None = None
+                 ) -> tuple[Sensitivity, ...]:
     """What each error of a lens costs by itself, the costliest first.
 
     Args:
@@ -156,7 +159,8 @@ def sensitivities(lens: Lens, film: Film | None = None, tolerances: Tolerances |
 
 
 def production(lens: Lens, film: Film | None = None, tolerances: Tolerances | None = None, copies: int = 1000,
-               seed: int = 0, frequencies=None, wavelengths=None) -> Production:
+               seed: int = 0, frequencies: ArrayLike | None = None, wavelengths: str | Sequence[Any] | None = None
+              ) -> Production:
     """Copies of a lens with errors drawn at random, each refocused.
 
     Args:
@@ -240,7 +244,7 @@ SIDE, FINE = 96, 4      # pixels of a picture; of each, points of the star that 
 
 
 def star_pictures(lens: Lens, run: Production, copies: Sequence[int], film: Film | None = None,
-                  wavelengths=None) -> tuple[np.ndarray, float]:
+                  wavelengths: str | Sequence[Any] | None = None) -> tuple[np.ndarray, float]:
     """Pictures of a star in every field, through the design and through copies of it.
 
     Args:

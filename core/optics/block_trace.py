@@ -23,7 +23,7 @@ from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.program import Code, Program, run_steps
 from lensbench.core.optics.block_refraction import BEND, CURVATURE, GAP, LEAST, RIM, RUNS, SLOWNESS, STEP
 from lensbench.core.optics.glass import D_LINE
-from lensbench.core.optics.lens_surface import IN_LINE
+from lensbench.core.optics.lens_surface import IN_LINE, Frame
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.surfaces import UNIT
 
@@ -120,7 +120,7 @@ def surface_records(lens: Lens, film_distance: float, wavelength: float = D_LINE
     end, frame = 0.0, IN_LINE
     records: list[SurfaceRecord] = []
 
-    def move_to(other) -> np.ndarray | None:
+    def move_to(other: Frame) -> np.ndarray | None:
         """Change the frame; the last vertex met stays the origin of z, which runs with the light."""
         nonlocal frame
         if other is frame:

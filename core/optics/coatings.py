@@ -80,7 +80,7 @@ class Coating:
     angles: tuple[float, ...] = (0.0,)
     reflectances: tuple[tuple[float, ...], ...] = ()
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "layers", tuple(Layer(*layer) for layer in self.layers))
         if not 0.0 < self.wavelength < inf:
             raise CoatingError(f"coating: the design wavelength {significant(self.wavelength)} µm must be positive")

@@ -13,6 +13,7 @@ surfaces before the stop, and r the stop's radius, the cone of the point is as w
 
 from functools import lru_cache
 from math import inf, isfinite, nan
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,7 +28,7 @@ from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import significant
 
 
-def circle_of_confusion(focal_length: float, f_number: float, focus_distance: ArrayLike, distance: ArrayLike):
+def circle_of_confusion(focal_length: float, f_number: float, focus_distance: ArrayLike, distance: ArrayLike) -> Any:
     """Circle of confusion of a thin lens: A f |s − s_f| / (s (s_f − f)), A = f / N.
 
     Args:
@@ -70,7 +71,7 @@ def hyperfocal(focal_length: float, f_number: float, limit: float) -> float:
     return focal_length**2 / (f_number * limit) + focal_length
 
 
-def depth_of_field(focal_length: float, f_number: float, focus_distance: ArrayLike, limit: float):
+def depth_of_field(focal_length: float, f_number: float, focus_distance: ArrayLike, limit: float) -> Any:
     """Near and far limit of the depth of field of a thin lens.
 
     Args:
@@ -142,7 +143,7 @@ def check_limit(limit: float) -> None:
                         f"finite number")
 
 
-def _plain(values: np.ndarray):
+def _plain(values: np.ndarray) -> Any:
     """A float for a 0-dimensional array."""
     return values if np.ndim(values) else float(values)
 

@@ -13,6 +13,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.optics.axial_bundle import surface_coatings
 from lensbench.core.optics.coatings import Coating
@@ -81,12 +82,15 @@ def _on_axis(lens: Lens, wavelength: float, coating: str | Coating) -> tuple[flo
 DENSER = 1.5                    # index ratio of the refraction that finds the normal
 
 
+Vector = tuple[float, float, float]
+
+
 class Meeting(NamedTuple):
     """One ray at one surface; lens frame, mm."""
 
-    point: tuple[float, float, float]
-    refracted: tuple[float, float, float] | None        # unit direction; None: totally reflected
-    reflected: tuple[float, float, float]
+    point: Vector
+    refracted: Vector | None        # unit direction; None: totally reflected
+    reflected: Vector
     reflectance: float
     fate: int                                           # PASSED, or why the ray ends here
 
@@ -104,12 +108,13 @@ class GhostPath:
 class Meetings:
     """Rays at single surfaces of a lens, at a wavelength (µm), by the reference tracer."""
 
-    def __init__(self, lens: Lens, wavelength: float = D_LINE, coating: str | Coating = "uncoated", clip: bool = True):
+    def __init__(self, lens: Lens, wavelength: float = D_LINE, coating: str | Coating = "uncoated", clip: bool = True
+                 ) -> None:
         self._lens, self._wavelength, self._clip = lens, wavelength, clip
         self._table = surface_table(lens, wavelength)
         self._coatings = surface_coatings(lens, coating)
 
-    def meet(self, i: int, forward: bool, point, direction) -> Meeting:
+    def meet(self, i: int, forward: bool, point: Vector, direction: Vector) -> Meeting:
         """A ray, in the medium before surface i as the light runs, at this surface."""
         row = self._table.part(i, i + 1)
         order = 1 if forward else -1
@@ -137,7 +142,7 @@ class Meetings:
         return Meeting(tuple(hit), None if total else (dx, dy, dz), tuple(mirrored), 1.0 if total else reflectance,
                        PASSED)
 
-    def _passes_iris(self, hit) -> bool:
+    def _passes_iris(self, hit: ArrayLike) -> bool:
         lens = self._lens
         if lens.iris.is_round:
             return True
@@ -145,7 +150,7 @@ class Meetings:
         return bool(lens.iris.contains(on_stop[:, 0], on_stop[:, 1])[0])
 
 
-def ghost_path(lens: Lens, pair: Pair, origin, direction, wavelength: float = D_LINE,
+def ghost_path(lens: Lens, pair: Pair, origin: ArrayLike, direction: ArrayLike, wavelength: float = D_LINE,
                coating: str | Coating = "uncoated", clip: bool = True) -> GhostPath:
     """One ray of the ghost of a pair, by the reference tracer: from origin along direction (mm, lens frame, any
     length).

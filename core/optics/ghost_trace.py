@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 from math import sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -59,7 +59,8 @@ class GhostTracer:
     """
 
     def __init__(self, lens: Lens, film_distance: float, landing: list[Step], wavelength: float = D_LINE,
-                 channels: Visible | None = None, coating: str | Coating = "uncoated", real=np.float32):
+                 channels: Visible | None = None, coating: str | Coating = "uncoated", real: Any = np.float32
+                ) -> None:
         self.real, self.lens = real, lens
         self._landing = Program(landing, real)
         to_film = surface_records(lens, film_distance, wavelength, "film")

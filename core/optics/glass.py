@@ -120,7 +120,7 @@ class Glass:
     coefficients: tuple[Any, ...] = ()
     wavelengths: tuple[float, float] | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         name = self.n_d if isinstance(self.n_d, str) else self.name if isnan(self.n_d) else ""
         if name:
             raise GlassError(f"glass {excerpt(name)} needs its index: give n_d, or look the glass up by "

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.kernels.block import (
     A0, A1, A2, A3, A4, A5, CLEARANCE, U0, U1, WEIGHT, B, Step, X, Y, gather, rows, stage
@@ -128,7 +129,7 @@ class Iris:
     image: StopImage | None = None
     reach: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (math.isfinite(self.blades) and int(self.blades) == self.blades
                 and (self.blades == 0 or 3 <= self.blades <= MOST_BLADES)):
             raise IrisError(f"{significant(self.blades)} blades: a stop has 3 to {MOST_BLADES} of them, or 0 "
@@ -196,7 +197,7 @@ class Iris:
             return math.sqrt(share), self.reach
         return _closed(self, share)
 
-    def radius(self, azimuth) -> np.ndarray:
+    def radius(self, azimuth: ArrayLike) -> np.ndarray:
         """Distance of the edge from the axis at an azimuth (radians from +x towards +y, also an array), in stop radii.
 
         1 for a picture, whose edge is that of the stop.
@@ -235,7 +236,7 @@ class Iris:
         azimuth = self.rotation + 0.5 * math.pi + 2.0 * math.pi * np.arange(count) / count
         return self.radius(azimuth)[:, None] * np.column_stack([np.cos(azimuth), np.sin(azimuth)])
 
-    def contains(self, x, y) -> np.ndarray:
+    def contains(self, x: ArrayLike, y: ArrayLike) -> np.ndarray:
         """Whether points x, y (in units of the stop's radius, broadcast) lie in the opening, edge included.
 
         Of a picture where it passes any light.
@@ -243,7 +244,7 @@ class Iris:
         within = np.hypot(x, y) <= self.radius(np.arctan2(y, x)) * (1.0 + 1e-12)
         return within if self.image is None else within & (self.image.at(x, y) > 0.0)
 
-    def transmission(self, x, y) -> np.ndarray:
+    def transmission(self, x: ArrayLike, y: ArrayLike) -> np.ndarray:
         """Part of the light that passes at points x, y (in units of the stop's radius, broadcast), from 0 to 1."""
         return self.contains(x, y).astype(float) if self.image is None else self.image.at(x, y)
 

@@ -14,6 +14,7 @@ from math import atan2, cos, degrees, hypot, inf, isfinite, pi, radians, sin
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.kernels.numeric import rotation_about_z, rotation_matrix
 from lensbench.core.lazy import hashed_once
@@ -187,7 +188,7 @@ class Surface:
     def __init__(self, thickness: float = 0.0, semi_diameter: float | None = None, glass: Glass = AIR,
                  conic: float = 0.0, aspheric: Iterable[tuple[int, float]] = (), curvature_x: float | None = None,
                  coating: Coating | None = None, pose: SurfacePose | None = None, *, curvature: float | None = None,
-                 radius: float | None = None):
+                 radius: float | None = None) -> None:
         if (curvature is None) == (radius is None):
             raise TypeError("a surface needs either its curvature or its radius of curvature, by name: radius=50.0 "
                             "(mm) or curvature=0.02 (1/mm)")
@@ -297,7 +298,7 @@ class Surface:
         """The shape as a kind and a row of numbers of the table of `surfaces`."""
         return shape(self.curvature, self.conic, self.aspheric, self.curvature_x, self.semi_diameter)
 
-    def sag(self, x, y=0.0) -> np.ndarray:
+    def sag(self, x: ArrayLike, y: ArrayLike = 0.0) -> np.ndarray:
         """Height z (mm) above the plane that touches the vertex at points x, y (mm, surface frame, broadcast); NaN
         beyond.
         """

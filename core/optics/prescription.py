@@ -79,7 +79,7 @@ class Lens:
     film_size: tuple[float, float] | None = None
     estimates: str = ""
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.surfaces:
             raise LensError("a lens needs at least one surface")
         if not 0 <= self.stop_index < len(self.surfaces):

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.kernels.block import A0, A1, CLEARANCE, U0, U1, WEIGHT, B, Step, X, Y, gather, rows, stage
 from lensbench.core.kernels.cache import njit
@@ -42,7 +43,7 @@ class StopImage:
     name: str = field(default="", compare=False, repr=False)
 
     @classmethod
-    def of(cls, transmission) -> "StopImage":
+    def of(cls, transmission: ArrayLike) -> "StopImage":
         """A picture in the stop from its transmission (h, w), 0 to 1, the top row first, averaged down to MOST texels
         on a side.
 
@@ -76,7 +77,7 @@ class StopImage:
         azimuth = 2.0 * np.pi * (np.arange(SPOKES) + 0.5) / SPOKES
         return np.asarray(self.at(radius * np.cos(azimuth), radius * np.sin(azimuth)).mean(1))
 
-    def at(self, x, y) -> np.ndarray:
+    def at(self, x: ArrayLike, y: ArrayLike) -> np.ndarray:
         """Transmission, from 0 to 1, at points x, y of the stop, x right and y up as seen from behind the camera.
 
         In units of the stop's radius, broadcast; 0 beyond its circle.

@@ -12,6 +12,7 @@ from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.kernels.block import offsets
 from lensbench.core.kernels.cache import njit
@@ -208,7 +209,7 @@ def _sags(table, x, y, out):
         out[j] = sag_and_slopes(table, 0, x[j], y[j])[0]
 
 
-def sags(kind: int, row: np.ndarray, x, y) -> np.ndarray:
+def sags(kind: int, row: np.ndarray, x: ArrayLike, y: ArrayLike) -> np.ndarray:
     """Sag (mm) of a kind with numbers (COLUMNS,) at points x, y (mm, broadcast); NaN beyond the equator."""
     # Copies: numpy 2.0 warns where numba asks whether a broadcast view may be written
     x, y = (np.array(coordinate) for coordinate in np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float)))

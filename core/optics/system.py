@@ -54,7 +54,7 @@ class Aperture:
     kind: ApertureKind
     values: tuple[float, ...]
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         least = 0.0 if self.kind is ApertureKind.STOP_SIZE else 5e-324
         if not self.values or not all(isfinite(value) and value >= least for value in self.values):
             raise SystemDataError(f"aperture: the {self.kind} must be one or more positive numbers")
@@ -78,7 +78,7 @@ class FieldPoint:
     weight: float = 1.0
     vignetting: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not all(map(isfinite, (self.x, self.y, self.weight, *self.vignetting))) or self.weight < 0.0:
             raise SystemDataError("field point: its place, weight and vignetting must be finite, its weight not "
                                   "negative")
@@ -101,7 +101,7 @@ class Wavelength:
     micrometres: float
     weight: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (0.0 < self.micrometres < inf and 0.0 <= self.weight < inf):
             raise SystemDataError(f"wavelength {significant(self.micrometres)} µm of weight "
                                   f"{significant(self.weight)}: it must be positive "
@@ -131,7 +131,7 @@ class SystemData:
     primary: int = 0
     object_distances: tuple[float, ...] = (inf,)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not 0 <= self.primary < max(len(self.wavelengths), 1):
             raise SystemDataError(f"primary wavelength {self.primary}: there are {len(self.wavelengths)} wavelengths")
         if not self.object_distances or any(distance != distance for distance in self.object_distances):

@@ -47,7 +47,7 @@ class Positions:
     zoom: float = 0.0
     close: float = 0.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, places in (("zoom_stations", self.zoom_stations), ("focus_stations", self.focus_stations)):
             rising = all(a < b for a, b in zip(places, places[1:], strict=False))
             if not (rising and places[:1] == (0.0,) and (len(places) == 1 or places[-1] == 1.0)):

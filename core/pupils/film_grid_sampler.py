@@ -336,7 +336,7 @@ class SpectralPupilGrid:
     """Grids of one lens, with a film of half_width and half_height at film_distance (all mm), in a pose."""
 
     def __init__(self, lens: Lens, film_distance: float, half_width: float, half_height: float,
-                 pose: FilmPose = UPRIGHT):
+                 pose: FilmPose = UPRIGHT) -> None:
         self._film, self._pose = (lens, film_distance, half_width, half_height), pose
 
     def _solve(self, wavelength: float) -> PupilGrid:

@@ -223,7 +223,7 @@ def _measure(film_distance: float, radius: float, box: np.ndarray, grids: _Grids
     """A region with light in or beside a box (low and high x, high y; mm); None where the grid meets no light."""
     left, right, high = box
 
-    def grid(cells: tuple[int, int]):
+    def grid(cells: tuple[int, int]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Corners x and middles y of cells in the box, and the clearances there."""
         x = np.linspace(left, right, cells[0] + 1)
         y = high * (np.arange(cells[1]) + 0.5) / cells[1]

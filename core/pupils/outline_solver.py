@@ -15,6 +15,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.imaging.film import UPRIGHT
 from lensbench.core.kernels.block import L, M, N, X, Y
@@ -83,7 +84,7 @@ class Aim:
     wavelength: float = D_LINE
     tracer: ClearanceTracer = field(init=False)      # for `clearances` and `rim_distances`
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         object.__setattr__(self, "tracer", clearance_tracer(self.lens, self.film_distance, self.wavelength))
 
     @cached_property
@@ -275,7 +276,7 @@ ROUGH_POINTS = 16       # of a rough rim, along which the final points are space
 DIRECTIONS = 128        # in which the length of the rough rim is measured
 
 
-def solve_outlines(lens: Lens, film_distance: float, film_points, points: int, tolerance: float,
+def solve_outlines(lens: Lens, film_distance: float, film_points: ArrayLike, points: int, tolerance: float,
                    wavelength: float = D_LINE, placed: Placement = UPRIGHT.points) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n, 2), and points (n, points, 2) of each rim from its centre, counter-clockwise from +x, in mm.
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.kernels.block import U0, U1, WEIGHT, L, M, N, X, Y
 from lensbench.core.kernels.numeric import gauss_rule
@@ -92,7 +93,7 @@ class ExitPupil:
     def _table(self) -> "PupilTable":
         return PupilTable.of(self.lens, self.film_distance, float(self.film_radii.max()))
 
-    def sample(self, film_xy, uv) -> tuple[np.ndarray, np.ndarray]:
+    def sample(self, film_xy: ArrayLike, uv: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
         """Points of the regions of any film points, as a LensCamera samples them.
 
         The map keeps equal areas equal. The sampled region is a hair larger than the true one.
@@ -139,7 +140,7 @@ def _peak(values: np.ndarray) -> float:
     return float(middle - (after - before) ** 2 / (8.0 * bend)) if bend < 0.0 else float(middle)
 
 
-def exit_pupil(lens: Lens, film_distance: float, film_radii, wavelength: float = D_LINE,
+def exit_pupil(lens: Lens, film_distance: float, film_radii: ArrayLike, wavelength: float = D_LINE,
                points: int = 257) -> ExitPupil:
     """Exit-pupil regions of a rotationally symmetric lens, to 1e-10 of its rear semi-diameter; irregular ones to 1e-3.
 
@@ -242,7 +243,7 @@ def _outline(lens: Lens, film_distance: float, film_xy: np.ndarray, wavelength: 
     return np.asarray(pupil.boundary(0) @ np.array([[cosine, sine], [-sine, cosine]]))
 
 
-def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D_LINE) -> np.ndarray:
+def open_region(lens: Lens, film_distance: float, film_xy: ArrayLike, wavelength: float = D_LINE) -> np.ndarray:
     """Region that a film point sees through the stop's blades, on the plane of the last vertex.
 
     With a round stop it is the exit-pupil region; a picture in the stop counts as its circle. For lenses of any
@@ -264,7 +265,7 @@ def open_region(lens: Lens, film_distance: float, film_xy, wavelength: float = D
         return rim
     film = np.array([*film_xy, lens.length + film_distance])
 
-    def passing(points):
+    def passing(points: np.ndarray) -> np.ndarray:
         """Whether rays through these points (n, 2) of the rear plane pass the lens and its blades."""
         directions = np.column_stack([points, np.full(len(points), lens.length)]) - film
         return trace(lens, film, directions, wavelength).fate == Fate.PASSED

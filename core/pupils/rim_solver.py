@@ -10,6 +10,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.kernels.cache import njit
 from lensbench.core.optics.block_trace import ClearanceTracer, clearance_tracer, clearances
@@ -233,8 +234,9 @@ def project_rear_rim(heights, rim, share, furthest):
     return low, high
 
 
-def solve_rims(lens: Lens, film_distance: float, film_radii, points: int, tolerance: float, wavelength: float = D_LINE,
-          within: tuple[Any, Any] | None = None, by: ClearanceTracer | None = None) -> tuple[np.ndarray, np.ndarray]:
+def solve_rims(lens: Lens, film_distance: float, film_radii: ArrayLike, points: int, tolerance: float,
+               wavelength: float = D_LINE, within: tuple[Any, Any] | None = None, by: ClearanceTracer | None = None
+              ) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n,) on the meridian, and points (n, points, 2) of the upper half of each rim from its centre, in mm.
 
     From the farthest in +x to that in −x, evenly spaced to about a twentieth; 0 for an empty region. tolerance: of the

@@ -6,6 +6,7 @@ all of them: it is sampled once, and each field's place in it found by the secan
 method in two directions. Rims do not end chief rays.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isinf, pi
 
@@ -131,7 +132,7 @@ def find_chief_rays(lens: Lens, film_distance: float, aims: np.ndarray, object_d
     aims = np.asarray(aims, float).reshape(-1, 2)
 
     def value(rays: ChiefRays) -> np.ndarray:
-        """(n, 2) of a field, in the quantity and unit of `wanted`."""
+        """(n, 2) of a field, in the quantity and unit of `aims`."""
         if by_image:
             return rays.images
         if isinf(object_distance):
@@ -154,7 +155,8 @@ def find_chief_rays(lens: Lens, film_distance: float, aims: np.ndarray, object_d
                 _beside(rays, value, aims, small, near))
 
 
-def _in_meridian(rays, value, aims: np.ndarray, small: float) -> np.ndarray:
+def _in_meridian(rays: Callable[[np.ndarray], ChiefRays], value: Callable[[ChiefRays], np.ndarray], aims: np.ndarray,
+                 small: float) -> np.ndarray:
     """(n, 2) at the stop, by the secant rule along one meridian."""
     def reached(angle: np.ndarray) -> np.ndarray:
         return value(rays(np.column_stack([0.0 * angle, np.sin(angle)])))[:, 1]
@@ -193,7 +195,8 @@ def _in_meridian(rays, value, aims: np.ndarray, small: float) -> np.ndarray:
     return np.where(lost[:, None], np.nan, sign * np.sin(angle)[:, None] * along)
 
 
-def _beside(rays, value, aims: np.ndarray, small: float, near: np.ndarray) -> np.ndarray:
+def _beside(rays: Callable[[np.ndarray], ChiefRays], value: Callable[[ChiefRays], np.ndarray], aims: np.ndarray,
+            small: float, near: np.ndarray) -> np.ndarray:
     """(n, 2) at the stop in the meridians of `near`, by the secant rule from there."""
     size = np.hypot(near[:, 0], near[:, 1])
     along = np.where((size > 0.0)[:, None], near / np.where(size > 0.0, size, 1.0)[:, None], [0.0, 1.0])
@@ -215,7 +218,8 @@ def _beside(rays, value, aims: np.ndarray, small: float, near: np.ndarray) -> np
     return np.sin(angle)[:, None] * along
 
 
-def _in_plane(rays, value, aims: np.ndarray, small: float, near: np.ndarray | None) -> np.ndarray:
+def _in_plane(rays: Callable[[np.ndarray], ChiefRays], value: Callable[[ChiefRays], np.ndarray], aims: np.ndarray,
+              small: float, near: np.ndarray | None) -> np.ndarray:
     """(n, 2) at the stop, by Newton's method from `near`, or the axis; a step that does not reduce the error is cut."""
     pupil, advance = np.zeros_like(aims), np.zeros_like(aims)
     if near is not None:

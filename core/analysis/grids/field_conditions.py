@@ -6,12 +6,12 @@ spectrum, and a finding says so. mm, degrees and µm, as in `lensbench.core.opti
 Two threads that the analyses share, so that a figure of milliseconds does not wait for threads to start.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from functools import lru_cache
 from math import atan, atan2, hypot, inf, isinf, radians, tan
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -65,10 +65,10 @@ class Conditions:
         return hash(self._key)
 
     @property
-    def _key(self):
+    def _key(self) -> tuple[Any, ...]:
         return (self.field_kind, self.fields, self.wavelengths, self.weights, self.primary, self.object_distance)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.wavelengths or len(self.weights) != len(self.wavelengths):
             raise LensError("an analysis needs at least one wavelength, and a weight for each")
         for wavelength in self.wavelengths:
@@ -90,8 +90,9 @@ class Conditions:
         return self.wavelengths[self.primary]
 
 
-def conditions(lens: Lens, film: Film | None = None, fields=None, wavelengths=None,
-               object_distance: float | None = None, field_kind: FieldKind = FieldKind.REAL_IMAGE_HEIGHT) -> Conditions:
+def conditions(lens: Lens, film: Film | None = None, fields: int | Sequence[Any] | None = None,
+               wavelengths: str | Sequence[Any] | None = None, object_distance: float | None = None,
+               field_kind: FieldKind = FieldKind.REAL_IMAGE_HEIGHT) -> Conditions:
     """The conditions under which a lens is analysed.
 
     Args:
@@ -179,7 +180,7 @@ def field_names(conditions: Conditions, which: np.ndarray) -> str:
     return ", ".join(parts)
 
 
-def _fields(lens: Lens, film: Film | None, fields, kind: FieldKind, object_distance: float,
+def _fields(lens: Lens, film: Film | None, fields: int | Sequence[Any] | None, kind: FieldKind, object_distance: float,
             findings: list[Finding]) -> tuple[FieldKind, tuple[tuple[float, float], ...]]:
     if fields is None and lens.system.fields:
         if lens.system.field_kind is not FieldKind.OBJECT_HEIGHT or not isinf(object_distance):
@@ -215,7 +216,8 @@ def _fields(lens: Lens, film: Film | None, fields, kind: FieldKind, object_dista
     return FieldKind.REAL_IMAGE_HEIGHT, tuple((0.0, float(height)) for height in heights)
 
 
-def _colours(lens: Lens, wavelengths, findings: list[Finding]) -> tuple[tuple[float, ...], tuple[float, ...], int]:
+def _colours(lens: Lens, wavelengths: str | Sequence[Any] | None, findings: list[Finding]
+            ) -> tuple[tuple[float, ...], tuple[float, ...], int]:
     named = wavelengths if isinstance(wavelengths, str) else None
     if named is not None:
         wavelengths = white_light(lens, named) or None
