@@ -5,7 +5,7 @@ import pytest
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.core.analysis.depth_over_field import beams, focused_plane
+from lensbench.core.analysis.focus_wedge import beams, focused_plane
 
 
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "pbrt-telephoto-250mm"])
