@@ -10,10 +10,10 @@ from tests.mishaps import also_wide, outlive
 
 def lenses_outlive(path, whole, mutate, times, seed):
     """Lenses loaded from a file after each of `times` random changes; a traceback, a hang or a NaN fails."""
-    found = outlive(path, whole, also_wide(mutate, whole), times, seed, lenses.load, lenses.LensFileError, 700)
-    for lens in found:
+    result = outlive(path, whole, also_wide(mutate, whole), times, seed, lenses.load, lenses.LensFileError, 700)
+    for lens in result:
         assert_sound(lens)
-    return found
+    return result
 
 
 def assert_sound(lens):

@@ -17,8 +17,8 @@ def outcome(path):
     try:
         lens = lenses.load(path)
     except lenses.LensFileError as error:
-        place = f"line {error.line}: " if error.line else ""
-        return False, ("refused", place + error.reason.partition(" An AGF file")[0])
+        position = f"line {error.line}: " if error.line else ""
+        return False, ("refused", position + error.reason.partition(" An AGF file")[0])
     size = f"{len(lens.surfaces)} surfaces"
     if lens.positions is not None:
         size += f", {len(lens.positions.zoom_stations) * len(lens.positions.focus_stations)} positions"

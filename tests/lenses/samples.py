@@ -35,10 +35,10 @@ def bare(lens, like):
 
 def changed_json(model, keys, value):
     """The text of a JSON file with one value set."""
-    place = model = deepcopy(model)
+    node = model = deepcopy(model)
     for key in keys[:-1]:
-        place = place[key]
-    place[keys[-1]] = value
+        node = node[key]
+    node[keys[-1]] = value
     return json.dumps(model, indent=1)
 
 

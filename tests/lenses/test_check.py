@@ -151,14 +151,14 @@ def test_each_defect_is_named_with_its_surface(kind, surface, change):
     spoiled = BICONVEX if kind != "crossing" else replace(
         BICONVEX, surfaces=(*BICONVEX.surfaces[:2], Surface(5.0, 10.0, curvature=-0.01), BICONVEX.surfaces[2]),
         stop_index=3)
-    found = [(finding.kind, finding.surface) for finding in lenses.check(with_surface(spoiled, surface, **change))]
-    assert (kind, surface) in found
+    pairs = [(finding.kind, finding.surface) for finding in lenses.check(with_surface(spoiled, surface, **change))]
+    assert (kind, surface) in pairs
 
 
 @pytest.mark.parametrize("glass", [Glass(1.5, 40.0), Glass(1.9, 60.0), Glass(2.4, 30.0)])
 def test_numbers_far_from_every_known_glass_are_reported(glass):
-    found = lenses.check(with_surface(BICONVEX, 0, glass=glass))
-    assert [finding.surface for finding in found if finding.kind == "glass"] == [0]
+    findings = lenses.check(with_surface(BICONVEX, 0, glass=glass))
+    assert [finding.surface for finding in findings if finding.kind == "glass"] == [0]
 
 
 @pytest.mark.parametrize("glass", [Glass(1.5), Glass(1.4918, 57.4), Glass(1.46, 67.8), Glass(1.84666, 23.78, "J-SF03")])
@@ -167,13 +167,13 @@ def test_a_glass_of_unknown_dispersion_a_plastic_and_a_made_up_name_raise_no_ala
 
 
 def test_a_glass_with_the_numbers_of_another_is_reported_with_the_right_ones():
-    found = lenses.check(with_surface(BICONVEX, 0, glass=Glass(1.6727, 32.2, "N-BK7")))
-    assert [finding.kind for finding in found] == ["glass"] and "1.5168" in found[0].proposal
+    findings = lenses.check(with_surface(BICONVEX, 0, glass=Glass(1.6727, 32.2, "N-BK7")))
+    assert [finding.kind for finding in findings] == ["glass"] and "1.5168" in findings[0].proposal
 
 
 def test_several_names_with_the_same_impossible_numbers_are_one_finding():
-    found = [finding for finding in lenses.check(published("lib-us4505553")) if finding.kind == "glass"]
-    assert len(found) == 1 and all(name in found[0].message for name in ("NBFD5", "FDS9", "CAF2"))
+    findings = [finding for finding in lenses.check(published("lib-us4505553")) if finding.kind == "glass"]
+    assert len(findings) == 1 and all(name in findings[0].message for name in ("NBFD5", "FDS9", "CAF2"))
 
 
 def test_a_glass_that_is_opaque_at_the_d_line_is_reported():

@@ -183,7 +183,7 @@ def test_a_misread_index_is_found(name):
 @pytest.mark.parametrize("name", [name for name in SPHERICAL if "tronnier" in name or name.startswith("lv-")])
 def test_an_abbe_number_that_no_glass_has_is_traced_to_a_digit(name):
     lens = sound(name)
-    seen = 0
+    count = 0
     for i, surface in enumerate(lens.surfaces):
         v_d = surface.glass.v_d
         if v_d is None or not 30.0 < v_d < 70.0 or lens.surfaces.count(surface) > 1:
@@ -192,8 +192,8 @@ def test_an_abbe_number_that_no_glass_has_is_traced_to_a_digit(name):
         if "glass" in warnings(wrong):
             digits = [f.change.after for f in lenses.check(wrong) if f.kind == "digit" and f.change.quantity == "V_d"]
             assert any(abs(value - v_d) < 0.02 for value in digits)
-            seen += 1
-    assert seen
+            count += 1
+    assert count
 
 
 @pytest.mark.slow
@@ -207,10 +207,10 @@ def test_of_random_misread_digits_no_other_number_is_accused_first(name):
         text = f"{radius:.3f}"
         k = rng.choice([k for k, letter in enumerate(text) if letter.isdigit()][:3])
         spoiled = float(text[:k] + rng.choice("123456789") + text[k + 1:])
-        found = [f for f in lenses.check(with_surface(lens, i, curvature=1.0 / spoiled)) if f.change]
-        if spoiled != round(radius, 3) and found:
-            right += any(f.surface == i and f.change.quantity == "radius" for f in found)
-            wrong += found[0].surface != i
+        causes = [f for f in lenses.check(with_surface(lens, i, curvature=1.0 / spoiled)) if f.change]
+        if spoiled != round(radius, 3) and causes:
+            right += any(f.surface == i and f.change.quantity == "radius" for f in causes)
+            wrong += causes[0].surface != i
     assert right >= 4 and wrong <= 2
 
 
@@ -222,8 +222,8 @@ def test_a_zoom_whose_last_gap_is_missing_from_its_table_is_recognised():
     kept = [k for k in range(len(table.gaps)) if k != last]
     cut = replace(table, gaps=tuple(table.gaps[k] for k in kept), thicknesses=tuple(
         tuple(tuple(gaps[k] for k in kept) for gaps in row) for row in table.thicknesses))
-    found = [f for f in lenses.check(replace(lens, positions=cut).at()) if f.change]
-    assert found[0].kind == "position" and found[0].surface == len(lens.surfaces) - 1
+    causes = [f for f in lenses.check(replace(lens, positions=cut).at()) if f.change]
+    assert causes[0].kind == "position" and causes[0].surface == len(lens.surfaces) - 1
 
 
 # What is unusual and not wrong
@@ -234,8 +234,8 @@ BICONVEX = Lens((Surface(6.0, 10.0, Glass(1.5168, 64.17), curvature=0.02), Surfa
 
 @pytest.mark.parametrize("glass", [Glass(1.74, 16.0), Glass(1.67, 19.2), Glass(1.7, 15.0)])
 def test_a_resin_of_high_index_is_no_finding(glass):
-    found = lenses.check(with_surface(with_surface(BICONVEX, 0, glass=glass), 2, semi_diameter=4.0))
-    assert "glass" not in {finding.kind for finding in found}
+    findings = lenses.check(with_surface(with_surface(BICONVEX, 0, glass=glass), 2, semi_diameter=4.0))
+    assert "glass" not in {finding.kind for finding in findings}
 
 
 def test_a_stated_figure_that_the_computed_one_rounds_to_is_no_finding():
@@ -248,8 +248,8 @@ def test_a_stated_figure_that_the_computed_one_rounds_to_is_no_finding():
 def test_an_engraved_zoom_range_is_a_note():
     lens = lenses.load("lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed")
     nominal = replace(lens, positions=replace(lens.positions, focal_lengths=(70.0, 105.0, 203.0))).at()
-    found = [f for f in lenses.check(nominal) if "focal length" in f.message]
-    assert found and all(finding.severity == "note" for finding in found)
+    findings = [f for f in lenses.check(nominal) if "focal length" in f.message]
+    assert findings and all(finding.severity == "note" for finding in findings)
 
 
 def test_a_near_limit_that_the_modelled_gaps_do_not_reach_is_a_note():
@@ -280,8 +280,8 @@ def test_the_cause_of_a_published_error_is_named_first(name, kind, surface, afte
 
 @pytest.mark.parametrize("name", ["carl-zeiss-rudolph-double-gauss-50-f45", "phone-56-f35"])
 def test_a_film_set_for_the_full_aperture_of_a_published_lens_is_a_note(name):
-    found = lenses.check(published(name))
-    assert [(finding.kind, finding.severity) for finding in found] == [("back-focus", "note")]
+    findings = lenses.check(published(name))
+    assert [(finding.kind, finding.severity) for finding in findings] == [("back-focus", "note")]
 
 
 def test_an_f2_lens_whose_aspheres_lost_their_r4_is_reported_with_that_and_no_number_is_made_up():

@@ -37,9 +37,9 @@ def test_a_sound_lens_passes_and_a_lost_sign_of_a_strong_radius_is_named(name):
     for i in inner:
         surfaces = list(lens.surfaces)
         surfaces[i] = replace(surfaces[i], curvature=-surfaces[i].curvature)
-        found = doubts(replace(lens, surfaces=tuple(surfaces)))
-        assert {Kind.BLUR, Kind.RAY, Kind.BACK_FOCUS} & {finding.kind for finding in found}, i
-        assert i in {finding.surface for finding in found if finding.kind is Kind.SIGN}, i
+        findings = doubts(replace(lens, surfaces=tuple(surfaces)))
+        assert {Kind.BLUR, Kind.RAY, Kind.BACK_FOCUS} & {finding.kind for finding in findings}, i
+        assert i in {finding.surface for finding in findings if finding.kind is Kind.SIGN}, i
 
 
 @pytest.mark.slow

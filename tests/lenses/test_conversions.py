@@ -41,7 +41,7 @@ def geometry(lens):
 LABELS = {"stated_efl": "focal length", "stated_f_number": "f-number"}
 
 
-def unnamed_losses(given, found, remarks):
+def unnamed_losses(lens, other, remarks):
     """Differences between two lenses without a finding of that kind about that surface."""
     about = set()
     for remark in remarks:
@@ -50,27 +50,27 @@ def unnamed_losses(given, found, remarks):
         about |= {(remark.kind, number) for number in numbers}
     whole = {kind for kind, _ in about}
     lost = []
-    left = list(found.surfaces)
-    if len(left) == len(given.surfaces) + 1 and Kind.STOP in whole:     # pbrt's stop, a plane of its own
-        del left[found.stop_index]
-    elif found.stop_index != given.stop_index and Kind.STOP not in whole:
+    left = list(other.surfaces)
+    if len(left) == len(lens.surfaces) + 1 and Kind.STOP in whole:     # pbrt's stop, a plane of its own
+        del left[other.stop_index]
+    elif other.stop_index != lens.stop_index and Kind.STOP not in whole:
         lost.append("stop")
-    if len(left) != len(given.surfaces):
+    if len(left) != len(lens.surfaces):
         lost.append("surfaces")
-    for i, (a, b) in enumerate(zip(given.surfaces, left, strict=False)):
+    for i, (a, b) in enumerate(zip(lens.surfaces, left, strict=False)):
         if a.glass != b.glass and not {(Kind.GLASS, i), (Kind.GLASS, None)} & about:
             lost.append(f"glass of surface {i}")
-        moved = len(left) < len(found.surfaces)
+        moved = len(left) < len(other.surfaces)
         same = abs(a.curvature - b.curvature) <= 2.0**-52 * abs(a.curvature)      # pbrt's radii are read as floats
         if (not same or replace(b, glass=a.glass, thickness=a.thickness if moved else b.thickness,
                                 curvature=a.curvature) != a) and (Kind.SHAPE, i) not in about:
             lost.append(f"shape of surface {i}")
-    if abs(found.length - given.length) > 1e-9 * given.length and Kind.STOP not in whole:
+    if abs(other.length - lens.length) > 1e-9 * lens.length and Kind.STOP not in whole:
         lost.append("length")
-    if found.positions != given.positions and Kind.POSITION not in whole:
+    if other.positions != lens.positions and Kind.POSITION not in whole:
         lost.append("positions")
     texts = " ".join(str(remark) for remark in remarks if remark.kind in (Kind.LEFT_OUT, Kind.TEXT))
-    return lost + [word for word in WORDS if getattr(found, word) != getattr(given, word)
+    return lost + [word for word in WORDS if getattr(other, word) != getattr(lens, word)
                    and LABELS.get(word, word) not in texts]
 
 
@@ -78,21 +78,21 @@ def unnamed_losses(given, found, remarks):
 @pytest.mark.parametrize("first", WRITERS)
 def test_every_loss_from_any_format_to_any_other_has_its_finding(first):
     for name in CLASSICS:
-        given, _ = through(lenses.load(name), first)
+        lens, _ = through(lenses.load(name), first)
         for second in WRITERS:
-            found, remarks = through(given, second)
-            assert not unnamed_losses(given, found, remarks), (name, first, second, remarks)
+            read, remarks = through(lens, second)
+            assert not unnamed_losses(lens, read, remarks), (name, first, second, remarks)
             if second in EXACT and not any(remark.kind is Kind.SHAPE for remark in remarks):
-                assert geometry(found) == geometry(given), (name, first, second, remarks)
+                assert geometry(read) == geometry(lens), (name, first, second, remarks)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("first", "second"), list(product(EXACT, EXACT)))
 def test_a_lens_that_goes_through_two_formats_and_back_is_the_same_lens(first, second):
     for name in ("lenshh-cooke-triplet-50", "lib-us10281683", "lv-nikon-z-58f095-noct"):
-        given, _ = through(lenses.load(name), first)
-        found, remarks = through(through(given, second)[0], first)
-        assert geometry(found) == geometry(given), (name, remarks)
+        lens, _ = through(lenses.load(name), first)
+        read, remarks = through(through(lens, second)[0], first)
+        assert geometry(read) == geometry(lens), (name, remarks)
 
 
 @pytest.mark.parametrize("suffix", [suffix for suffix in WRITERS if suffix != ".toml"])
@@ -111,9 +111,9 @@ def test_catalogue_glasses_of_every_maker_and_formula_come_back(suffix, maker):
         lens = replace(lenses.load("lenshh-cooke-triplet-50"), name="", notes="", source="", kind="")
         glass = entry.make()
         lens = replace(lens, surfaces=(replace(lens.surfaces[0], glass=glass), *lens.surfaces[1:]))
-        found, remarks = through(lens, suffix)
+        read, remarks = through(lens, suffix)
         # A name that one maker gives to two glasses is not unique, and a writer says so
-        assert found.surfaces[0].glass == glass or any(
+        assert read.surfaces[0].glass == glass or any(
             remark.kind is Kind.GLASS and remark.surface == 0 for remark in remarks), entry
 
 
@@ -124,15 +124,15 @@ indices = st.lists(st.integers(1_450_000, 1_900_000), min_size=4, max_size=6).ma
 @given(st.lists(st.integers(3400, 9000), min_size=6, max_size=6, unique=True), indices, plain_words)
 @settings(max_examples=60)
 @pytest.mark.parametrize("suffix", WRITERS)
-def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_reported(suffix, places, ns, name):
-    points = [(place / 1e4, n / 1e6) for place, n in zip(sorted(places), ns, strict=False)]
+def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_reported(suffix, wavelengths, ns, name):
+    points = [(wavelength / 1e4, n / 1e6) for wavelength, n in zip(sorted(wavelengths), ns, strict=False)]
     try:
         glass = media.tabulated(name, points)
     except RowError:                                    # the cubic through steps of a glass can fall below 1
         return
     lens = Lens((Surface(5.0, 10.0, glass, curvature=0.02), Surface(90.0, 9.0, curvature=0.0)), 1)
-    found, remarks = through(lens, suffix)
-    kept = found.surfaces == lens.surfaces
+    read, remarks = through(lens, suffix)
+    kept = read.surfaces == lens.surfaces
     assert kept or any(remark.kind is Kind.GLASS and remark.surface in (0, None) for remark in remarks)
     if suffix in (".toml", ".roa") or (suffix == ".seq" and len(name) > 1 and not is_number(name) and not code(name)):
         assert kept, remarks
@@ -143,8 +143,8 @@ def test_a_glass_given_by_a_table_comes_back_or_its_loss_is_reported(suffix, pla
 def test_a_format_holds_the_shapes_of_its_row_and_reports_the_others(row, shape):
     surface = Surface(5.0, 10.0, Glass(1.5), curvature=0.02, **SHAPES[shape])
     assert surface.form is shape
-    found, remarks = through(Lens((surface, Surface(90.0, 9.0, curvature=0.0)), 1), row.suffix)
-    kept = replace(found.surfaces[0], glass=surface.glass, curvature=surface.curvature) == surface
+    read, remarks = through(Lens((surface, Surface(90.0, 9.0, curvature=0.0)), 1), row.suffix)
+    kept = replace(read.surfaces[0], glass=surface.glass, curvature=surface.curvature) == surface
     told = any(remark.kind is Kind.SHAPE and remark.severity is Severity.WARNING and remark.surface == 0
                for remark in remarks)
     assert told == (shape not in row.shapes) and (kept or told)
@@ -157,14 +157,14 @@ def test_a_toroid_is_kept_or_reported_as_another_lens(suffix):
     for surface in (rod, toroid):
         lens = replace(lenses.load("pbrt-dgauss-50mm"), surfaces=(surface, Surface(90.0, 9.0, curvature=0.0)),
                        stop_index=1)
-        found, remarks = through(lens, suffix)
+        read, remarks = through(lens, suffix)
         told = any(remark.kind is Kind.SHAPE and remark.severity is Severity.WARNING and remark.surface == 0
                    for remark in remarks)
-        assert found.surfaces == lens.surfaces or told
+        assert read.surfaces == lens.surfaces or told
         exact = suffix not in (".dat", ".txt") and (surface is rod or suffix in (".zmx", ".seq"))
         assert told != exact
         if suffix in (".json", ".roa", ".len") and surface is toroid:
-            assert any(finding.kind is Kind.SHAPE and finding.surface == 0 for finding in found.findings)
+            assert any(finding.kind is Kind.SHAPE and finding.surface == 0 for finding in read.findings)
 
 
 def test_a_pose_is_kept_to_the_last_bit_or_its_loss_is_named():
@@ -175,21 +175,21 @@ def test_a_pose_is_kept_to_the_last_bit_or_its_loss_is_named():
     for row in FORMATS:
         if row.write is None:
             continue
-        found, remarks = through(lens, row.suffix)
+        read, remarks = through(lens, row.suffix)
         named = [remark.surface for remark in remarks if "decentred or tilted" in remark.message]
         if row.suffix == ".toml":
-            assert [s.pose for s in found.surfaces] == [s.pose for s in lens.surfaces]
+            assert [s.pose for s in read.surfaces] == [s.pose for s in lens.surfaces]
         if row.has_poses:                               # the same rays
-            given, kept = (lb.trace(each, [[0.5, 0.3, -5.0], [-1.0, 2.0, -5.0]], [0.02, -0.03, 1.0], clip=False)
-                           for each in (lens, found))
-            assert kept.points == pytest.approx(given.points, abs=1e-9)
-            assert kept.directions == pytest.approx(given.directions, abs=1e-11)
-            assert found.length == pytest.approx(lens.length, abs=1e-9)
-            assert body_at(found, 3) == (2, 3)
+            expected, kept = (lb.trace(variant, [[0.5, 0.3, -5.0], [-1.0, 2.0, -5.0]], [0.02, -0.03, 1.0], clip=False)
+                              for variant in (lens, read))
+            assert kept.points == pytest.approx(expected.points, abs=1e-9)
+            assert kept.directions == pytest.approx(expected.directions, abs=1e-11)
+            assert read.length == pytest.approx(lens.length, abs=1e-9)
+            assert body_at(read, 3) == (2, 3)
         if not row.has_poses:
-            assert found.is_centred and named == [2, 3], row.suffix
+            assert read.is_centred and named == [2, 3], row.suffix
         else:
-            assert not found.is_centred and not named, row.suffix
+            assert not read.is_centred and not named, row.suffix
 
 
 @dataclass(frozen=True)

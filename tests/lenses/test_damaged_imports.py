@@ -19,10 +19,10 @@ SAMPLES = sorted(path.name for path in DATA.iterdir())
 @pytest.mark.parametrize("name", SAMPLES)
 def test_a_damaged_file_is_a_lens_or_one_clear_line(tmp_path, name, mutate):
     assert isinstance(lenses.load(DATA / name), Lens)
-    found = lenses_outlive(tmp_path / name, (DATA / name).read_bytes(), mutate, 200, "short")
+    outcomes = lenses_outlive(tmp_path / name, (DATA / name).read_bytes(), mutate, 200, "short")
     # A bracket lost is the whole of a JSON file
-    assert len(found) > (2 if name.endswith((".json", ".roa", ".lhlt")) else 15)
-    for lens in found[::5]:
+    assert len(outcomes) > (2 if name.endswith((".json", ".roa", ".lhlt")) else 15)
+    for lens in outcomes[::5]:
         for suffix in WRITERS:
             lenses.save(lens, tmp_path / f"again{suffix}")
             again = lenses.load(tmp_path / f"again{suffix}")

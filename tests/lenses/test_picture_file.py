@@ -53,8 +53,8 @@ def test_a_picture_is_turned_as_pillow_turns_it(orientation):
     exif = Image.Exif()
     exif[0x0112] = orientation
     data = saved("PNG", exif=exif)
-    wanted = ImageOps.exif_transpose(Image.open(BytesIO(data)))
-    assert (np.asarray(read_picture_file(data)) == np.asarray(wanted)).all()
+    expected = ImageOps.exif_transpose(Image.open(BytesIO(data)))
+    assert (np.asarray(read_picture_file(data)) == np.asarray(expected)).all()
     assert (np.asarray(read_picture_file(data, upright=False)) == LEVELS).all()
 
 
@@ -88,10 +88,10 @@ def test_damaged_files_are_one_line(form):
     data = saved(form)
     random = np.random.default_rng(3)
     for k in range(150):
-        part = bytearray(data[:random.integers(12, len(data))] if k % 2 else data)
-        for at in random.integers(0, len(part), 1 + k % 6):
-            part[at] = random.integers(256)
+        damaged = bytearray(data[:random.integers(12, len(data))] if k % 2 else data)
+        for offset in random.integers(0, len(damaged), 1 + k % 6):
+            damaged[offset] = random.integers(256)
         try:
-            read_picture_file(bytes(part))
+            read_picture_file(bytes(damaged))
         except PictureFileError as error:
             assert "\n" not in str(error)

@@ -140,9 +140,9 @@ def test_the_example_of_the_documentation_is_read(tmp_path):
     assert lens.surfaces[1].pose == replace(lens.surfaces[0].pose, pivot=1)
     assert [str(finding) for finding in lenses.check(lens)] == [
         "tilted or decentred surfaces: the lens is checked as if centred"]
-    for place, stated in ((0.0, 34.8), (1.0, 48.9)):
-        assert lb.first_order(lens.at(zoom=place)).efl == pytest.approx(stated, rel=1e-3)      # three digits
-        assert lens.at(zoom=place).stated_efl == stated
+    for zoom, stated in ((0.0, 34.8), (1.0, 48.9)):
+        assert lb.first_order(lens.at(zoom=zoom)).efl == pytest.approx(stated, rel=1e-3)      # three digits
+        assert lens.at(zoom=zoom).stated_efl == stated
 
 
 ZOOMS = {"lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed": 1500.0, "lv-pentax-02-standard-zoom-5-15-f28-45": 300.0}
@@ -152,8 +152,8 @@ ZOOMS = {"lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed": 1500.0, "lv-pentax-02-
 def test_the_zooms_of_the_library_have_their_published_focal_lengths_and_distances(name):
     lens = lenses.load(name)
     positions = lens.positions
-    for place, stated in zip(positions.zoom_stations, positions.focal_lengths, strict=True):
-        far = lens.at(zoom=place)
+    for zoom, stated in zip(positions.zoom_stations, positions.focal_lengths, strict=True):
+        far = lens.at(zoom=zoom)
         fo = lb.first_order(far)
         # printed to 5 mm / 100: the patent's own figures, and gaps of three decimals
         assert fo.efl == pytest.approx(stated, rel=5e-4)

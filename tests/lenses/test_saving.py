@@ -69,7 +69,7 @@ def test_a_document_is_saved_with_its_rules_and_what_loses_them_says_so(tmp_path
     assert lenses.save(made, tmp_path / "mine.toml") == ()
     assert lenses.load_document(tmp_path / "mine.toml") == made
     lost = lenses.save(made, tmp_path / "mine.zmx")
-    assert any("left out: comments, solves, pickups" in str(each) for each in lost)
+    assert any("left out: comments, solves, pickups" in str(remark) for remark in lost)
     plain = lenses.load(tmp_path / "mine.toml")
     assert plain == made.lens
     assert [(f.kind, f.surface) for f in plain.findings] == [(Kind.RULE, 5), (Kind.RULE, 4)]
@@ -92,13 +92,13 @@ def test_a_lens_without_fields_is_written_with_those_of_its_film(tmp_path, suffi
     own = replace(lenses.load(TRIPLET), film_size=(36.0, 24.0))
     own = replace(own, system=replace(own.system, fields=()))
     remarks = lenses.save(own, tmp_path / f"own{suffix}")
-    assert any(each.kind is Kind.ASSUMED and "21.63 mm" in str(each) for each in remarks)
-    found = lenses.load(tmp_path / f"own{suffix}").system
-    assert found.field_kind is FieldKind.IMAGE_HEIGHT
+    assert any(remark.kind is Kind.ASSUMED and "21.63 mm" in str(remark) for remark in remarks)
+    system = lenses.load(tmp_path / f"own{suffix}").system
+    assert system.field_kind is FieldKind.IMAGE_HEIGHT
     heights = [0.0, 0.35 * hypot(36, 24), 0.5 * hypot(36, 24)]
-    assert [point.y for point in found.fields] == pytest.approx(heights[-1:] if suffix == ".len" else heights)
+    assert [point.y for point in system.fields] == pytest.approx(heights[-1:] if suffix == ".len" else heights)
     stated = replace(own, system=replace(own.system, field_kind=FieldKind.ANGLE, fields=(FieldPoint(0.0, 11.0),)))
-    assert not any(each.kind is Kind.ASSUMED for each in lenses.save(stated, tmp_path / f"stated{suffix}"))
+    assert not any(remark.kind is Kind.ASSUMED for remark in lenses.save(stated, tmp_path / f"stated{suffix}"))
     assert [point.y for point in lenses.load(tmp_path / f"stated{suffix}").system.fields] == [11.0]
 
 
@@ -110,7 +110,7 @@ def test_an_edited_lens_is_written_in_focus():
     kept, said = kept_in_focus(before, edited)
     assert abs(first_order(edited.lens).bfl - bfl) > 0.3 and said[0].kind is Kind.BACK_FOCUS
     assert kept.surfaces[-1].thickness == pytest.approx(first_order(edited.lens).bfl - 0.05, abs=1e-9)
-    held = cells.with_value(edited, len(before.surfaces) - 1, "thickness", 40.0)        # a gap of the user's choice
-    assert kept_in_focus(before, held) == (held, ()) and kept_in_focus(before, LensDocument(before))[1] == ()
+    fixed = cells.with_value(edited, len(before.surfaces) - 1, "thickness", 40.0)        # a gap of the user's choice
+    assert kept_in_focus(before, fixed) == (fixed, ()) and kept_in_focus(before, LensDocument(before))[1] == ()
     afocal = replace(before, surfaces=tuple(replace(s, curvature=0.0) for s in before.surfaces))
     assert kept_in_focus(before, LensDocument(afocal))[1] == () and inf > bfl

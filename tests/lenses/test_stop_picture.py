@@ -52,7 +52,7 @@ def test_a_saved_lens_takes_its_picture_along_and_loads_equal(pictured, tmp_path
     Picture.fromarray(255 - LETTER).save(other / "f.png")
     lenses.save(lens, other / "copy.toml")
     assert lenses.load(other / "copy.toml") == lens and (other / "f-2.png").exists()
-    assert sorted(each.name for each in other.iterdir()) == ["copy.toml", "f-2.png", "f.png"]
+    assert sorted(file.name for file in other.iterdir()) == ["copy.toml", "f-2.png", "f.png"]
 
 
 def test_a_check_takes_the_stop_as_its_circle(pictured, tmp_path, capsys):
@@ -77,7 +77,7 @@ def test_a_picture_without_a_file_is_written_to_sixteen_bits(tmp_path):
 @pytest.mark.parametrize("suffix", [each for each in lenses.WRITERS if each != ".toml"])
 def test_every_other_format_names_the_loss(pictured, tmp_path, suffix):
     lost = lenses.save(lenses.load(pictured), tmp_path / f"lens{suffix}")
-    assert sum("the picture in the stop is left out" in str(each) for each in lost) == 1
+    assert sum("the picture in the stop is left out" in str(remark) for remark in lost) == 1
 
 
 @pytest.mark.parametrize(("name", "says"), [

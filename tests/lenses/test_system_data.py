@@ -386,12 +386,12 @@ def test_the_read_outs_of_the_window_are_those_of_the_primary_wavelength(tmp_pat
 def test_a_zoom_that_is_converted_in_one_position_states_the_aperture_of_that_position(tmp_path):
     lens = lenses.load(DATA / "zoom.zmx")
     lenses.save(lens, tmp_path / "zoom.seq")
-    given = lenses.load(tmp_path / "zoom.seq")
-    assert len(given.system.aperture.values) == 3
+    converted = lenses.load(tmp_path / "zoom.seq")
+    assert len(converted.system.aperture.values) == 3
     assert main(["convert", str(tmp_path / "zoom.seq"), str(tmp_path / "one.toml"), "--zoom", "1"]) == 0
     one = lenses.load(tmp_path / "one.toml")
-    assert one.system.aperture.values == given.system.aperture.values[-1:]
-    assert one.stop.semi_diameter == given.at(zoom=1.0).stop.semi_diameter
+    assert one.system.aperture.values == converted.system.aperture.values[-1:]
+    assert one.stop.semi_diameter == converted.at(zoom=1.0).stop.semi_diameter
 
 
 def test_check_knows_a_near_object_from_the_system_data_of_any_format(tmp_path):

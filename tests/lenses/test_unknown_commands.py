@@ -106,10 +106,10 @@ def test_unknown_entries_of_json_refuse_the_file_and_harmless_ones_change_nothin
     whole = loaded(tmp_path, name, text)
 
     def changed(key, value):
-        model = part = json.loads(text)
+        model = node = json.loads(text)
         for step in way:
-            part = part[step]
-        part.setdefault(key, value)
+            node = node[step]
+        node.setdefault(key, value)
         return json.dumps(model)
 
     assert "qwxz" in refusal(tmp_path, name, changed("qwxz", 1.0)).reason

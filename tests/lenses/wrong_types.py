@@ -18,8 +18,8 @@ TOKEN = re.compile(r'(?<=[=\[,\s])("[^"\n]*"|-?[\d.]+(e-?\d+)?|inf)(?=[\s,\]}]|$
 
 def wrong(data, rng):
     """The data with one of its values, at any depth, replaced by one of another type, removed, or listed twice."""
-    places = list(_places(data))
-    holder, key = rng.choice(places)
+    nodes = list(_places(data))
+    holder, key = rng.choice(nodes)
     kind = rng.random()
     if kind < 0.1 and isinstance(holder, dict):
         del holder[key]

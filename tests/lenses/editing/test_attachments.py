@@ -49,8 +49,8 @@ def test_a_close_up_lens_has_its_power_and_brings_its_focus_to_infinity(dioptres
     together = attached_in_front(TRIPLET, made, "close-up lens", 3.0)
     # An object in its front focus: the lens behind sees it at infinity
     front_focus = lb.first_order(lb.Lens(made, 0)).ffl
-    at = image_distance(together.surfaces, -front_focus)
-    assert at == pytest.approx(image_distance(TRIPLET.surfaces, inf), rel=1e-9)
+    distance = image_distance(together.surfaces, -front_focus)
+    assert distance == pytest.approx(image_distance(TRIPLET.surfaces, inf), rel=1e-9)
 
 
 def test_a_reversed_lens_images_as_light_runs_back():

@@ -84,11 +84,11 @@ def test_glasses_are_found_by_name_code_and_numbers_and_an_unknown_one_names_the
 
 
 def test_planes_that_bend_no_ray_are_inserted_and_deleted_without_effect():
-    for place in range(7):
-        more = structure.inserted_plane(TRIPLET, place)
+    for index in range(7):
+        more = structure.inserted_plane(TRIPLET, index)
         assert oracle.efl(more.lens) == oracle.efl(TRIPLET.lens)
         assert more.lens.stop.semi_diameter == TRIPLET.lens.stop.semi_diameter
-        assert structure.deleted(more, [place]).lens == TRIPLET.lens
+        assert structure.deleted(more, [index]).lens == TRIPLET.lens
     for gap in range(5):
         halved = structure.split(TRIPLET, gap, 0.3)
         assert spot(halved.lens) == pytest.approx(spot(TRIPLET.lens), abs=1e-12)
@@ -165,8 +165,8 @@ def test_a_cemented_surface_is_separated_and_cemented_again():
 
 def test_the_stop_goes_anywhere_and_the_f_number_stays():
     f_number = lb.first_order(TRIPLET.lens).f_number
-    for gap, part in ((0, 0.0), (1, 0.5), (3, 0.25), (4, 1.0)):
-        there = structure.with_stop_in_gap(TRIPLET, gap, part * TRIPLET.surfaces[gap].thickness)
+    for gap, share in ((0, 0.0), (1, 0.5), (3, 0.25), (4, 1.0)):
+        there = structure.with_stop_in_gap(TRIPLET, gap, share * TRIPLET.surfaces[gap].thickness)
         assert there.lens.stop_index == gap + 1 and len(there.surfaces) == 7
         assert lb.first_order(there.lens).f_number == pytest.approx(f_number, rel=1e-12)
         assert oracle.efl(there.lens) == pytest.approx(oracle.efl(TRIPLET.lens), rel=1e-14)
@@ -261,10 +261,10 @@ def test_places_tell_where_the_numbers_of_several_edits_are():
     for edit in (lambda it: structure.inserted_plane(it, 2), lambda it: elements.flipped(it, 0, 1),
                  lambda it: structure.deleted(it, [5]), lambda it: structure.inserted_plane(it, 0)):
         document = edit(document)
-    found = [document.places.of(i, "semi_diameter") for i in range(6)]
+    indices = [document.places.of(i, "semi_diameter") for i in range(6)]
     gaps = [document.places.of(i, "thickness") for i in range(6)]
-    assert found.count(None) == 1 and None in gaps and found != gaps
-    for old, new in enumerate(found):
+    assert indices.count(None) == 1 and None in gaps and indices != gaps
+    for old, new in enumerate(indices):
         if new is not None:
             assert document.surfaces[new].semi_diameter == TRIPLET.surfaces[old].semi_diameter
             assert document.places.undone().of(new, "semi_diameter") == old

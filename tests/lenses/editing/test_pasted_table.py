@@ -87,9 +87,9 @@ def test_a_cell_that_cannot_be_read_is_named(text, words):
 
 def test_headings_of_another_line_unit_or_meaning_are_named():
     body = "\t1.51872\t63.96\t10\n-50\t45\t\t\t10\n"
-    found = [str(finding) for finding in pasted("r\td\tne\tve\tChip zone\n50\t5" + body).findings]
-    assert any("the numbers of 'ne' and 've', of the e line, are used as n_d and V_d" in text for text in found)
-    assert any("not read: the column 'Chip zone'" in text for text in found)
+    messages = [str(finding) for finding in pasted("r\td\tne\tve\tChip zone\n50\t5" + body).findings]
+    assert any("the numbers of 'ne' and 've', of the e line, are used as n_d and V_d" in text for text in messages)
+    assert any("not read: the column 'Chip zone'" in text for text in messages)
     plain = pasted("r\td\tnd\tνd\tSemi-diameter (mm)\n50\t5" + body).findings
     assert not any("e line" in str(finding) or "not read" in str(finding) for finding in plain)
     for unit in ("in", "inches", "cm"):
@@ -101,7 +101,7 @@ def test_headings_of_another_line_unit_or_meaning_are_named():
 def test_titles_above_a_heading_hide_none_of_its_columns(titles):
     """In an order that no guess from the numbers finds."""
     lines = [",".join(reversed(line.split(","))) for line in TABLES["csv"].splitlines()]
-    found = pasted("\n".join([*titles, *lines]))
-    for surface, (radius, thickness, *_, semi_diameter) in zip(found.surfaces, ROWS, strict=True):
+    document = pasted("\n".join([*titles, *lines]))
+    for surface, (radius, thickness, *_, semi_diameter) in zip(document.surfaces, ROWS, strict=True):
         assert (1.0 / surface.curvature, surface.thickness, surface.semi_diameter) == pytest.approx(
             (radius, thickness, semi_diameter), rel=1e-12)

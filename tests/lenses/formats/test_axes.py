@@ -77,10 +77,11 @@ def test_breaks_keep_their_pose_in_every_position_and_the_ways_behind_them_vary(
     lens, _ = configured(*blocks, configurations=("MNUM 2 1", "THIC 1 1 7", "THIC 1 2 8", "THIC 5 1 43", "THIC 5 2 42"))
     assert lens.positions.gaps == (0, 2)
     for position, gaps in enumerate(([7.0, 3.0, 40.0], [8.0, 3.0, 39.0])):
-        at = lens.at(zoom=float(position))
-        assert [s.thickness for s in at.surfaces] == pytest.approx(gaps, abs=1e-12)
-        assert at.vertex(1) == pytest.approx([0.0, 0.4, gaps[0]], abs=1e-12)
-        assert (at.frames[1].rotation, at.frames[2] is at.frames[1]) == (pytest.approx(lens.frames[1].rotation), True)
+        moved = lens.at(zoom=float(position))
+        assert [s.thickness for s in moved.surfaces] == pytest.approx(gaps, abs=1e-12)
+        assert moved.vertex(1) == pytest.approx([0.0, 0.4, gaps[0]], abs=1e-12)
+        assert moved.frames[1].rotation == pytest.approx(lens.frames[1].rotation)
+        assert moved.frames[2] is moved.frames[1]
 
 
 def test_a_decentre_that_comes_with_a_gap_is_refused_at_its_break():
@@ -116,18 +117,18 @@ def test_a_zoom_lens_tilted_is_written_in_all_its_positions(suffix, spans, tmp_p
     read = lenses.load(tmp_path / f"zoom{suffix}")
     if suffix == ".seq" and spans:
         assert read.positions is None and any(
-            f"surface {gap + 1} is tilted about another one, and the gap between them varies" in each.message
-            for each in lost)
+            f"surface {gap + 1} is tilted about another one, and the gap between them varies" in remark.message
+            for remark in lost)
         return
-    assert not any("left out: its zoom" in each.message or "left out: with" in each.message for each in lost)
+    assert not any("left out: its zoom" in remark.message or "left out: with" in remark.message for remark in lost)
     origins = np.column_stack([np.linspace(-8.0, 9.0, 12), np.linspace(5.0, -6.0, 12), np.full(12, -10.0)])
     ways = np.tile([0.01, -0.02, 1.0], (12, 1))
-    for places in zip(lens.positions.zoom_stations, read.positions.zoom_stations, strict=True):
-        wanted, found = (lb.trace(each.at(zoom=zoom), origins, ways, clip=False)
-                         for each, zoom in zip((lens, read), places, strict=True))
-        assert np.isfinite(wanted.points).all()
-        assert found.points == pytest.approx(wanted.points, abs=1e-8)
-        assert found.directions == pytest.approx(wanted.directions, abs=1e-10)
+    for zooms in zip(lens.positions.zoom_stations, read.positions.zoom_stations, strict=True):
+        expected, traced = (lb.trace(variant.at(zoom=zoom), origins, ways, clip=False)
+                            for variant, zoom in zip((lens, read), zooms, strict=True))
+        assert np.isfinite(expected.points).all()
+        assert traced.points == pytest.approx(expected.points, abs=1e-8)
+        assert traced.directions == pytest.approx(expected.directions, abs=1e-10)
 
 
 def test_a_body_of_a_zoom_lens_moves_with_its_gaps():
@@ -172,9 +173,9 @@ def about(axis, degrees, axes):
 def assert_stands(lens, i, vertex, axes):
     """Surface i has this vertex and this axis, which its pose gives a point of the axis 1 mm behind the vertex."""
     frame, z = lens.frames[i], lens.vertices[i]
-    found = np.array([0.0, 0.0, z]) if frame is None else frame.at(z)
+    placed = np.array([0.0, 0.0, z]) if frame is None else frame.at(z)
     ahead = np.array([0.0, 0.0, z + 1.0]) if frame is None else frame.at(z + 1.0)
-    assert found == pytest.approx(vertex, abs=1e-9) and ahead - found == pytest.approx(axes[2], abs=1e-9)
+    assert placed == pytest.approx(vertex, abs=1e-9) and ahead - placed == pytest.approx(axes[2], abs=1e-9)
 
 
 def test_breaks_of_zemax_are_right_handed_turns_after_the_decentre_or_in_reverse_before_it():
@@ -186,13 +187,13 @@ def test_breaks_of_zemax_are_right_handed_turns_after_the_decentre_or_in_reverse
                  "TYPE COORDBRK; DISZ 2; PARM 1 0.2; PARM 2 -0.4; PARM 3 10; PARM 4 -20; PARM 5 30", FRONT,
                  REAR.format(gap=-5),
                  "TYPE COORDBRK; DISZ 9; PARM 1 -0.2; PARM 2 0.4; PARM 3 -10; PARM 4 20; PARM 5 -30; PARM 6 1", IMAGE)
-    axes, place = np.eye(3), np.array([0.2, -0.4, 7.0])
+    axes, vertex = np.eye(3), np.array([0.2, -0.4, 7.0])
     for axis, degrees in ((0, 10.0), (1, -20.0), (2, 30.0)):
         axes = about(axis, degrees, axes)
     assert about(0, 10.0, np.eye(3))[1, 2] > 0.0                # right-handed about x: y turns towards z
     assert_stands(lens, 0, (0.0, 0.0, 0.0), np.eye(3))
-    assert_stands(lens, 1, place + 2.0 * axes[2], axes)
-    assert_stands(lens, 2, place + 5.0 * axes[2], axes)
+    assert_stands(lens, 1, vertex + 2.0 * axes[2], axes)
+    assert_stands(lens, 2, vertex + 5.0 * axes[2], axes)
     assert lens.length + lens.surfaces[-1].thickness == pytest.approx(7.0 + 9.0, abs=1e-9)      # the centred image
 
 
@@ -204,10 +205,10 @@ def test_a_break_of_zemax_with_order_1_tilts_first():
     axes = np.eye(3)
     for axis, degrees in ((2, 30.0), (1, -20.0), (0, 10.0)):
         axes = about(axis, degrees, axes)
-    place = 0.2 * axes[0] - 0.4 * axes[1]
-    shift = [0.0, 0.0, lens.vertex(0)[2] - place[2]]            # a lens begins at z = 0
-    assert_stands(lens, 0, place + shift, axes)
-    assert_stands(lens, 1, place + 3.0 * axes[2] + shift, axes)
+    vertex = 0.2 * axes[0] - 0.4 * axes[1]
+    shift = [0.0, 0.0, lens.vertex(0)[2] - vertex[2]]            # a lens begins at z = 0
+    assert_stands(lens, 0, vertex + shift, axes)
+    assert_stands(lens, 1, vertex + 3.0 * axes[2] + shift, axes)
 
 
 def codev(*lines):
@@ -234,9 +235,9 @@ def test_a_surface_of_codev_with_dar_alone_is_placed_by_its_turns():
 def test_groups_of_codev_tilt_and_go_back():
     lens = codev("  ADE 10; BDE -7; CDE 20; YDE 0.5", "S -0.02 -3", "  CIR 5", "S 0 43", "  CIR 9",
                  "  ADE 10; BDE -7; CDE 20; YDE 0.5; REV", "SI")
-    axes, place = by_code_v(10.0, -7.0, 20.0), np.array([0.0, 0.5, 0.0])
+    axes, vertex = by_code_v(10.0, -7.0, 20.0), np.array([0.0, 0.5, 0.0])
     for i, way in enumerate((0.0, 3.0, 0.0)):
-        assert_stands(lens, i, place + way * axes[2], axes)
+        assert_stands(lens, i, vertex + way * axes[2], axes)
     assert lens.surfaces[-1].thickness + lens.length == pytest.approx(43.0, abs=1e-9)
 
 
@@ -278,7 +279,7 @@ def test_rolled_cylinders_are_written_with_their_element_and_read_with_the_same_
     lens = bent(bent(CROSSED, 0, 1, **pose), 2, 2, roll=0.7)
     text, lost = WRITERS[suffix](lens)
     read = READERS[suffix](text, "x" + suffix)
-    assert body_at(read, 0) == (0, 1) and not any("another lens" in each.message for each in lost)
+    assert body_at(read, 0) == (0, 1) and not any("another lens" in remark.message for remark in lost)
     assert read.surfaces[1].pose.roll == pytest.approx(pose["roll"], abs=1e-9)
     assert read.surfaces[0].pose.roll == read.surfaces[1].pose.roll and read.surfaces[3].pose is None
     turns = np.linspace(0.0, 6.0, 40)
@@ -300,8 +301,9 @@ def test_the_object_of_a_lens_whose_first_surface_pivots_about_the_second_keeps_
                     lb.Surface(40.0, 5.0, curvature=-0.02, pose=pose)), 0,
                     system=lb.SystemData(object_distances=(200.0,)))
     for suffix in (".zmx", ".seq"):
-        found = READERS[suffix](WRITERS[suffix](lens)[0], "x" + suffix)
-        assert found.system.object_distances[0] + found.vertex(1)[2] == pytest.approx(200.0 + 6.0, abs=1e-9), suffix
+        read_lens = READERS[suffix](WRITERS[suffix](lens)[0], "x" + suffix)
+        distance = read_lens.system.object_distances[0] + read_lens.vertex(1)[2]
+        assert distance == pytest.approx(200.0 + 6.0, abs=1e-9), suffix
 
 
 def test_positions_that_move_a_body_sideways_are_left_out_of_zemax_files():
@@ -313,7 +315,7 @@ def test_positions_that_move_a_body_sideways_are_left_out_of_zemax_files():
         replace(s, pose=lb.SurfacePose(tilt_x=0.02, pivot=i - last)) if first <= i <= last else s
         for i, s in enumerate(lens.surfaces)))
     text, lost = WRITERS[".zmx"](lens)
-    assert any(f"left out: surface {first} is tilted about one behind it" in each.message for each in lost)
+    assert any(f"left out: surface {first} is tilted about one behind it" in remark.message for remark in lost)
     read = READERS[".zmx"](text, "x.zmx")
     assert read.positions is None
     for i in range(len(lens.surfaces)):
@@ -340,7 +342,7 @@ def test_near_objects_keep_their_distance_from_the_film_before_a_front_that_pivo
     lens, pose = zoom_lens(), lb.SurfacePose(tilt_x=0.6)
     lens = replace(lens, surfaces=(replace(lens.surfaces[0], pose=replace(pose, pivot=-1)),
                                    replace(lens.surfaces[1], pose=pose), *lens.surfaces[2:]))
-    found = READERS[suffix](WRITERS[suffix](lens)[0], "x" + suffix)
+    read_lens = READERS[suffix](WRITERS[suffix](lens)[0], "x" + suffix)
     assert 1500.0 in lens.positions.distances[0]
-    for wanted, read in zip(lens.positions.distances, found.positions.distances, strict=True):
-        assert read == pytest.approx(wanted, rel=1e-12)
+    for expected, read in zip(lens.positions.distances, read_lens.positions.distances, strict=True):
+        assert read == pytest.approx(expected, rel=1e-12)

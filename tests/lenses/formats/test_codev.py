@@ -82,7 +82,7 @@ def test_a_zoom_has_its_positions_from_wide_to_tele(tmp_path):
     zoom = "ZOO 3\nZOO TIT\nTIT Z1 'near'\nTIT Z3 'far'\nZOO EPD 24 24 24\nZOO THI S2 5.5 6.5 &\n 7.5\nGO\n"
     lens = sample(tmp_path, ("GO\n", zoom))
     positions = lens.positions
-    lengths = [lb.first_order(lens.at(zoom=place)).efl for place in positions.zoom_stations]
+    lengths = [lb.first_order(lens.at(zoom=position)).efl for position in positions.zoom_stations]
     assert lengths == sorted(lengths)
     gaps = [row[0][0] for row in positions.thicknesses]
     assert positions.gaps == (1, 5) and sorted(gaps) == [5.5, 6.5, 7.5]         # PIM: the image follows
@@ -167,11 +167,11 @@ def test_glasses_that_are_written_by_their_numbers_are_named_in_one_line(tmp_pat
     lens = sample(tmp_path)
     named = tuple(replace(s, glass=Glass(1.62041, 60.32, f"MY{i}")) if i in (0, 4) else s
                   for i, s in enumerate(lens.surfaces))
-    found = [str(remark) for remark in lenses.save(replace(lens, surfaces=named), tmp_path / "b.seq")
-             if remark.kind is Kind.GLASS]
-    assert [text for text in found if "by these numbers" in text] == [
+    messages = [str(remark) for remark in lenses.save(replace(lens, surfaces=named), tmp_path / "b.seq")
+                if remark.kind is Kind.GLASS]
+    assert [text for text in messages if "by these numbers" in text] == [
         "surfaces 0, 2, 4: known by n_d and V_d, and not as a catalogue has it, the glass is written by these numbers, "
-        "its name as a comment"], found
+        "its name as a comment"], messages
 
 
 def test_other_air_and_a_curved_image_are_said(tmp_path):

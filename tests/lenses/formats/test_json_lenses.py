@@ -110,16 +110,16 @@ def test_optiland_newer_files_say_mirror_and_field_in_other_places(tmp_path):
 
 def test_rayoptics_newer_fields_and_older_coefficients_are_read(tmp_path):
     model = deepcopy(RAYOPTICS)
-    place = model["optical_model"]["attributes"]
-    for item in place["seq_model"]["attributes"]["ifcs"]:
+    attributes = model["optical_model"]["attributes"]
+    for item in attributes["seq_model"]["attributes"]["ifcs"]:
         item["attributes"]["max_aperture"] = 1.0
     estimated = loaded(tmp_path, "lens.roa", json.dumps(model)).surfaces[0].semi_diameter
-    field = place["optical_spec"]["attributes"]["field_of_view"]["attributes"]
+    field = attributes["optical_spec"]["attributes"]["field_of_view"]["attributes"]
     del field["value"]
     field |= {"_value": 10.0, "is_relative": True,
               "fields": [{"__instance_type__": ["rayoptics.raytr.opticalspec", "Field"],
                           "attributes": {"_x": 0.0, "_y": 1.0}}]}
-    shape = place["profile_dict"]["3"]["attributes"]
+    shape = attributes["profile_dict"]["3"]["attributes"]
     shape["coefs"], shape["coef4"], shape["coef6"] = [0.0] * 10, 1.5e-06, -2e-09
     lens = loaded(tmp_path, "lens.roa", json.dumps(model))
     assert lens.surfaces[0].semi_diameter == estimated
@@ -212,9 +212,9 @@ def test_losses_are_reported(tmp_path, suffix):
     for glass, kept in ((table, suffix == ".roa"), (formula, False)):
         odd = Lens((Surface(5.0, 9.0, glass, curvature=0.01), Surface(90.0, 9.0, curvature=0.0)), 1)
         remarks = lenses.save(odd, tmp_path / f"b{suffix}")
-        found = lenses.load(tmp_path / f"b{suffix}").surfaces[0].glass
-        assert bool(remarks) != kept and (found.coefficients == glass.coefficients) == kept
-        assert found.n_d == glass.n_d and found.name == "MINE"
+        glass_read = lenses.load(tmp_path / f"b{suffix}").surfaces[0].glass
+        assert bool(remarks) != kept and (glass_read.coefficients == glass.coefficients) == kept
+        assert glass_read.n_d == glass.n_d and glass_read.name == "MINE"
 
 
 @pytest.mark.parametrize(("keys", "value", "told"), [

@@ -74,8 +74,8 @@ def test_each_zoom_setting_keeps_its_f_number(tmp_path):
 ])
 def test_a_statement_that_a_lens_cannot_hold_is_a_finding(tmp_path, values, left_out):
     assert not [finding for finding in stated(tmp_path).findings if finding.kind is lenses.Kind.LEFT_OUT]
-    found, = [finding for finding in stated(tmp_path, **values).findings if finding.kind is lenses.Kind.LEFT_OUT]
-    assert left_out in found.message
+    left, = [finding for finding in stated(tmp_path, **values).findings if finding.kind is lenses.Kind.LEFT_OUT]
+    assert left_out in left.message
 
 
 def test_a_lens_whose_last_gap_alone_varies_is_focused_as_a_whole(tmp_path):

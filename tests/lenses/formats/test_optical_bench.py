@@ -41,9 +41,9 @@ def test_the_stop_has_the_diameter_of_its_row_at_each_position(tmp_path):
                           ("d4\t\t12.5", "d4\t\tAperture Diameter"))
     other = sample(tmp_path, ("d0\t", "Aperture Diameter\t10\nd0\t"))
     assert other.stop.semi_diameter == 5.0 and other.positions.stops == ()
-    found, = other.findings
-    assert found.kind is lenses.Kind.STOP_SIZE and found.surface == 3
-    assert "12.5 mm" in str(found) and "10 mm" in str(found)
+    remark, = other.findings
+    assert remark.kind is lenses.Kind.STOP_SIZE and remark.surface == 3
+    assert "12.5 mm" in str(remark) and "10 mm" in str(remark)
     error = refusal(tmp_path, "lens.txt", SAMPLE.replace("d0\t", "Aperture Diameter\t12.5\t0\nd0\t", 1))
     assert error.line == 8 and "Aperture Diameter is 0" in error.reason
 

@@ -40,8 +40,8 @@ def test_a_model_glass_has_an_index_for_each_wavelength(tmp_path):
     ("GLA 1.52", Glass(1.52)), ("GLA MOD X 1.52 60.5", Glass(1.52, 60.5, "X")), ("GLA 517642", Glass(1.517, 64.2)),
     ("GLA bk7_schott", None), ("GLA AIR", AIR)])
 def test_ways_to_name_a_glass(tmp_path, line, glass):
-    found = sample(tmp_path, ("GLA N-BK7", line)).surfaces[0].glass
-    assert found == glass if glass else found.n_d == pytest.approx(1.5168, abs=1e-4)
+    read = sample(tmp_path, ("GLA N-BK7", line)).surfaces[0].glass
+    assert read == glass if glass else read.n_d == pytest.approx(1.5168, abs=1e-4)
 
 
 def test_units_are_converted_with_a_finding(tmp_path):
@@ -96,6 +96,6 @@ def test_catalogue_glasses_come_back_and_losses_are_reported(tmp_path):
 def test_other_air_and_a_curved_image_are_said(tmp_path):
     usual = sample(tmp_path, ("UNI  1.0", "TEM 20\nPRE 1")).findings
     assert not any("°C" in str(finding) or "curved" in str(finding) for finding in usual)
-    found = sample(tmp_path, ("UNI  1.0", "TEM -20\nPRE 0"), ("NXT\nAIR\nWV", "NXT\nAIR\nRD -80\nWV")).findings
-    assert any("designed for -20 °C and 0 atmospheres" in str(finding) for finding in found)
-    assert any("image surface is curved, with a radius of -80 mm" in str(finding) for finding in found)
+    findings = sample(tmp_path, ("UNI  1.0", "TEM -20\nPRE 0"), ("NXT\nAIR\nWV", "NXT\nAIR\nRD -80\nWV")).findings
+    assert any("designed for -20 °C and 0 atmospheres" in str(finding) for finding in findings)
+    assert any("image surface is curved, with a radius of -80 mm" in str(finding) for finding in findings)

@@ -261,8 +261,8 @@ def test_coatings_are_kept_to_the_last_bit_and_other_formats_say_that_they_leave
     assert last.angles[1] == math.radians(40.0) and last.reflectances[1][0] == 0.003
     odd = replace(lens, surfaces=(replace(lens.surfaces[0], coating=replace(last, angles=(0.0, 0.7))),
                                   *lens.surfaces[1:]))
-    for each in (lens, odd):
-        assert not lenses.save(each, tmp_path / "b.toml") and lenses.load(tmp_path / "b.toml") == each
+    for variant in (lens, odd):
+        assert not lenses.save(variant, tmp_path / "b.toml") and lenses.load(tmp_path / "b.toml") == variant
     assert any("coatings of 3 of 4 surfaces" in finding.message for finding in lenses.save(lens, tmp_path / "c.len"))
 
 
@@ -273,9 +273,9 @@ def test_coatings_are_kept_to_the_last_bit_and_other_formats_say_that_they_leave
     ("{ wavelengths = [0.5], angles = [0.0], angles_deg = [0.0], reflectances = [[0.1]] }", "not both")])
 def test_a_wrong_coating_names_its_line(tmp_path, entry, message):
     (tmp_path / "a.toml").write_text(f"{ROWS}[coating]\n1 = {entry}\n")
-    with pytest.raises(lenses.LensFileError, match=message) as found:
+    with pytest.raises(lenses.LensFileError, match=message) as caught:
         lenses.load(tmp_path / "a.toml")
-    assert found.value.line == ROWS.count("\n") + 2
+    assert caught.value.line == ROWS.count("\n") + 2
 
 
 POSED = ROWS + """

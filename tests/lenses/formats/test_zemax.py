@@ -108,9 +108,9 @@ def test_numbers_beside_a_name_count_only_where_no_catalogue_has_it(tmp_path):
 def test_several_configurations_are_the_positions_of_a_zoom(tmp_path):
     listed = 'MNUM 2 2\nLTTL 0 1 "one" 0\nTHIC   2   1 4.5 0 0 0\nTHIC   2   2 2.5 0 0 0\nWAVE 1 1 0.4\nWAVE 1 2 0.5'
     lens = sample(tmp_path, ("MNUM 1 1", listed))
-    stations = [[s.thickness for s in lens.at(zoom=place).surfaces] for place in lens.positions.zoom_stations]
+    stations = [[s.thickness for s in lens.at(zoom=zoom).surfaces] for zoom in lens.positions.zoom_stations]
     assert sorted(stations) == [[6.5, 2.5, 95.0], [6.5, 4.5, 95.0]]
-    lengths = [lb.first_order(lens.at(zoom=place)).efl for place in (0.0, 1.0)]
+    lengths = [lb.first_order(lens.at(zoom=zoom)).efl for zoom in (0.0, 1.0)]
     assert lengths[0] < lengths[1] and lens == lens.at(zoom=0.0)
     assert lens.positions.names[stations.index([6.5, 4.5, 95.0])] == "one"
     assert any("WAVE 1: of what differs between the configurations" in finding.message for finding in lens.findings)
@@ -251,14 +251,14 @@ def test_what_changes_the_image_and_is_not_traced_is_said(tmp_path, old, new, to
 
 
 def test_the_shape_of_an_object_at_infinity_needs_no_remark(tmp_path):
-    found = sample(tmp_path, ("CURV 0.0 0 0 0 0 \"\"\n  DISZ INFINITY", "CURV 0.002 0 0 0 0 \"\"\n  DISZ INFINITY"))
-    assert not any("is curved" in str(finding) for finding in found.findings)
+    lens = sample(tmp_path, ("CURV 0.0 0 0 0 0 \"\"\n  DISZ INFINITY", "CURV 0.002 0 0 0 0 \"\"\n  DISZ INFINITY"))
+    assert not any("is curved" in str(finding) for finding in lens.findings)
 
 
 def test_a_clear_aperture_without_an_inner_radius_obscures_nothing(tmp_path):
-    found = sample(tmp_path, ("  DIAM 11.25", "  CLAP 0.0 11.25 0"))
-    assert not any("obscuration" in str(finding) for finding in found.findings)
-    assert found.surfaces == sample(tmp_path).surfaces
+    lens = sample(tmp_path, ("  DIAM 11.25", "  CLAP 0.0 11.25 0"))
+    assert not any("obscuration" in str(finding) for finding in lens.findings)
+    assert lens.surfaces == sample(tmp_path).surfaces
 
 
 def test_indices_of_the_catalogues_need_no_remark(tmp_path):
@@ -276,11 +276,11 @@ def test_an_extended_asphere_without_extra_data_is_read_from_its_parameters(tmp_
     extra = "  XDAT 1 3\n  XDAT 2 10\n  XDAT 3 0\n  XDAT 4 1.25E-3"
     newer = "  PARM 13 3\n  PARM 14 10\n  PARM 15 0\n  PARM 16 1.25E-3"
     assert asphere("XASPHERE", extra) == ({4: pytest.approx(1.25e-7)}, [])
-    terms, (found,) = asphere("XASPHERE", newer)
-    assert terms == {4: pytest.approx(1.25e-7)} and "PARM 13" in str(found)
+    terms, (remark,) = asphere("XASPHERE", newer)
+    assert terms == {4: pytest.approx(1.25e-7)} and "PARM 13" in str(remark)
     for kind, powers in (("XASPHERE", (4, 6)), ("XODDASPH", (2, 3))):
-        terms, (found,) = asphere(kind, "  PARM 2 1.25E-7\n  PARM 3 -2.0E-11")
-        assert terms == dict(zip(powers, (1.25e-7, -2e-11), strict=True)) and found.severity == "warning"
+        terms, (remark,) = asphere(kind, "  PARM 2 1.25E-7\n  PARM 3 -2.0E-11")
+        assert terms == dict(zip(powers, (1.25e-7, -2e-11), strict=True)) and remark.severity == "warning"
     text = SAMPLE.replace("TYPE EVENASPH", "TYPE XASPHERE").replace("  PARM 1 0", extra)
     assert "PARM 2 together with XDAT" in refusal(tmp_path, "a.zmx", text).reason
     assert "PARM 9 is not understood" in refusal(tmp_path, "a.zmx", SAMPLE.replace("PARM 1 0", "PARM 9 1e-30")).reason

@@ -303,8 +303,8 @@ def test_water_has_the_dispersion_that_others_measured(name, salt):
 
 
 def test_hikaris_former_names_lead_to_hikaris_glasses():
-    found = glass_catalogue.resolve("E-LLF6")
-    assert (found.maker, found.glass.name) == ("HIKARI", "J-LLF6") and "its current name" in found.note
+    resolved = glass_catalogue.resolve("E-LLF6")
+    assert (resolved.maker, resolved.glass.name) == ("HIKARI", "J-LLF6") and "its current name" in resolved.note
 
 
 def test_a_name_in_several_catalogues_says_which_was_taken():

@@ -19,8 +19,8 @@ CROWN, FLINT = Glass(1.5168, 64.2), Glass(1.62, 36.3)
     ("lv-czj-tessar-50-f28", 4, 3),
     ("lib-goerz-dagor", 6, 2)])
 def test_the_counts_are_those_that_the_maker_publishes(name, elements, groups):
-    found = counts(lenses.load(name))
-    assert (found.elements, found.groups) == (elements, groups)
+    numbers = counts(lenses.load(name))
+    assert (numbers.elements, numbers.groups) == (elements, groups)
 
 
 def test_plates_resin_layers_and_a_stop_inside_an_element_do_not_count():
@@ -30,8 +30,8 @@ def test_plates_resin_layers_and_a_stop_inside_an_element_do_not_count():
     resin = (Surface(0.1, 10.0, FLINT, curvature=0.019), *doublet)
     split = (Surface(2.0, 10.0, CROWN, curvature=0.02), Surface(2.0, 9.0, CROWN, curvature=0.0), *doublet[1:])
     for table, elements in ((doublet, 2), (doublet + plate, 2), (resin, 2), (split, 2)):
-        found = counts(Lens(table, 1))
-        assert (found.elements, found.groups, found.surfaces) == (elements, 1, len(table))
+        numbers = counts(Lens(table, 1))
+        assert (numbers.elements, numbers.groups, numbers.surfaces) == (elements, 1, len(table))
 
 
 def test_a_block_between_varying_gaps_is_one_focus_group():

@@ -17,10 +17,10 @@ STACK = lenses.load("lib-tronnier-1953")
 def test_rows_of_any_medium_and_colour_have_the_figures_of_the_lens(index, wavelength):
     lens = replace(STACK, front_index=index)
     fo = lb.first_order(lens, wavelength)
-    given = wavelength, index
-    assert focal_length(lens.surfaces, *given) == pytest.approx(fo.efl, rel=1e-12)
-    assert f_number(lens.surfaces, lens.stop_index, *given) == pytest.approx(fo.f_number, rel=1e-12)
-    assert image_distance(lens.surfaces, inf, *given) == pytest.approx(fo.bfl, rel=1e-12)
+    stated = wavelength, index
+    assert focal_length(lens.surfaces, *stated) == pytest.approx(fo.efl, rel=1e-12)
+    assert f_number(lens.surfaces, lens.stop_index, *stated) == pytest.approx(fo.f_number, rel=1e-12)
+    assert image_distance(lens.surfaces, inf, *stated) == pytest.approx(fo.bfl, rel=1e-12)
     for distance in (0.5, 8000.0, -40.0):
         behind = index * fo.efl**2 / (distance + fo.ffl)                        # Newton's equation
-        assert image_distance(lens.surfaces, distance, *given) == pytest.approx(fo.bfl + behind, rel=1e-10)
+        assert image_distance(lens.surfaces, distance, *stated) == pytest.approx(fo.bfl + behind, rel=1e-10)

@@ -171,8 +171,8 @@ def bent(slope):
     (dict(c1=-C0, gap=45.0, solve="TOLE 1 50"), dict(c1=-C0, gap=44.0, solve="TOLE 1 50"))])
 def test_zemax_values_that_contradict_their_solves_are_named(right, wrong):
     assert zemax(**right) == []
-    (found,) = zemax(**wrong)
-    assert found.figures["solved"] != found.figures["stored"] and "follows from a solve" in str(found)
+    (doubt,) = zemax(**wrong)
+    assert doubt.figures["solved"] != doubt.figures["stored"] and "follows from a solve" in str(doubt)
 
 
 def test_a_solve_that_cannot_be_checked_is_named():
@@ -194,8 +194,8 @@ def test_a_picked_up_glass_must_be_that_of_its_surface(tmp_path):
 def test_codev_values_that_contradict_their_solves_are_named(tmp_path, command, told):
     whole = lenses.load(DATA / "triplet.seq")
     lens = changed_sample("triplet.seq", tmp_path, ("SI    0.0 0.0", f"SI    0.0 0.0\n{command}"))
-    found = [str(finding) for finding in lens.findings if finding not in whole.findings]
-    assert lens == whole and len(found) == 1 and told in found[0]
+    messages = [str(finding) for finding in lens.findings if finding not in whole.findings]
+    assert lens == whole and len(messages) == 1 and told in messages[0]
 
 
 @pytest.mark.parametrize(("solve", "told"), [
@@ -206,8 +206,8 @@ def test_codev_values_that_contradict_their_solves_are_named(tmp_path, command, 
 def test_optiland_values_that_contradict_their_solves_are_named(tmp_path, solve, told):
     text, _ = lenses.WRITERS[".json"](lenses.load("lenshh-cooke-triplet-50"))
     lens = loaded(tmp_path, "a.json", json.dumps(json.loads(text) | solve))
-    (found,) = (finding for finding in lens.findings if finding.kind is Kind.UNSOLVED)
-    assert told in str(found) and "solved" in found.figures
+    (doubt,) = (finding for finding in lens.findings if finding.kind is Kind.UNSOLVED)
+    assert told in str(doubt) and "solved" in doubt.figures
 
 
 def test_lenshh_values_that_contradict_their_solves_are_named(tmp_path):

@@ -119,8 +119,8 @@ def solved(text, solve):
 def test_a_back_focus_that_a_zemax_file_leaves_to_a_solve_is_that_of_the_paraxial_image(tmp_path):
     lens = loaded(tmp_path, "a.zmx", solved(ZOOM.read_text(), "MAZH 0 0"))
     assert any("MAZH: the back focus of each position" in finding.message for finding in lens.findings)
-    for place, before in ((0.0, 787.0222), (1.0, 813.4667)):
-        far, near = lens.at(zoom=place), lens.at(zoom=place, close=1.0)
+    for zoom, before in ((0.0, 787.0222), (1.0, 813.4667)):
+        far, near = lens.at(zoom=zoom), lens.at(zoom=zoom, close=1.0)
         # at infinity; and the object of a near position lies where the file has it
         assert far.surfaces[3].thickness == pytest.approx(lb.first_order(far).bfl, rel=1e-12)
         distance = lb.focused_distance(near, near.surfaces[3].thickness)
@@ -129,9 +129,9 @@ def test_a_back_focus_that_a_zemax_file_leaves_to_a_solve_is_that_of_the_paraxia
 
 def test_the_first_position_keeps_the_digits_that_its_file_has(tmp_path):
     solve = solved(ZOOM.read_text(), "MAZH 0 0")
-    found = loaded(tmp_path, "a.zmx", solve).surfaces[3].thickness
-    again = loaded(tmp_path, "b.zmx", solve.replace("DISZ 57.7778", f"DISZ {found:.9g}"))
-    assert again.surfaces[3].thickness == float(f"{found:.9g}") != found
+    gap = loaded(tmp_path, "a.zmx", solve).surfaces[3].thickness
+    again = loaded(tmp_path, "b.zmx", solve.replace("DISZ 57.7778", f"DISZ {gap:.9g}"))
+    assert again.surfaces[3].thickness == float(f"{gap:.9g}") != gap
 
 
 @pytest.mark.parametrize("solve", ["TCOM 2 107.7778", "TOLE 2 111.7778"])
@@ -148,8 +148,8 @@ def test_a_back_focus_that_a_codev_file_leaves_to_a_solve_is_that_of_the_paraxia
     text = (DATA / "zoom.seq").read_text().partition("ZOO THI S4")[0] + "GO\n"
     lens = loaded(tmp_path, "a.seq", text.replace("SI 0.0", "  PIM\nSI 0.0"))
     assert any("PIM: the back focus of each position" in finding.message for finding in lens.findings)
-    for place in lens.positions.zoom_stations:
-        far = lens.at(zoom=place)
+    for zoom in lens.positions.zoom_stations:
+        far = lens.at(zoom=zoom)
         assert far.surfaces[3].thickness == pytest.approx(lb.first_order(far).bfl, rel=1e-12)
 
 
@@ -209,6 +209,6 @@ def test_a_unit_other_than_mm_holds_for_every_position(tmp_path):
     lenses.save(lens, tmp_path / "a.zmx")
     text = (tmp_path / "a.zmx").read_text()
     inches = loaded(tmp_path, "b.zmx", text.replace("UNIT MM", "UNIT IN"))
-    for place in (0.0, 1.0):
-        assert [s.thickness for s in inches.at(zoom=place).surfaces] == [
-            s.thickness * 25.4 for s in lens.at(zoom=place).surfaces]
+    for zoom in (0.0, 1.0):
+        assert [s.thickness for s in inches.at(zoom=zoom).surfaces] == [
+            s.thickness * 25.4 for s in lens.at(zoom=zoom).surfaces]
