@@ -4,10 +4,11 @@ import errno
 import os
 import stat
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from decimal import Decimal
 from math import inf, isinf, isnan
 from os import PathLike
+from pathlib import Path
 from typing import BinaryIO
 
 from lensbench.core.text import cut, escaped, excerpt
@@ -46,6 +47,24 @@ def located(path: str, line: int | None, before: str = "") -> Iterator[None]:
         raise
     except (ValueError, ArithmeticError) as error:
         raise LensFileError(path, line, f"{before}{error}") from None
+
+
+@contextmanager
+def replacing(path: Path, what: str = "") -> Iterator[Path]:
+    """A path in the same folder, whose file becomes `path` at the end; after an error the old file is still there.
+
+    what: begins the reason of the LensFileError where it cannot be written.
+    """
+    partial = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
+    try:
+        yield partial
+        partial.replace(path)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise LensFileError(path, None, f"{what}cannot be written: {reason}") from None
+    finally:
+        with suppress(OSError, ValueError):
+            partial.unlink()
 
 
 def number(value: object, name: str, infinite: bool = False) -> float:

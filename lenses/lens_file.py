@@ -2,14 +2,13 @@
 
 import os
 import re
-from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.text import fixed, significant
-from lensbench.lenses.file_error import LensFileError, open_regular
+from lensbench.lenses.file_error import LensFileError, open_regular, replacing
 from lensbench.lenses.formats.table import READERS, UTF8_SUFFIXES, WRITERS, Writer
 from lensbench.lenses.library import catalogue
 from lensbench.lenses.stop_picture import with_picture_beside
@@ -115,19 +114,10 @@ def save(lens: "Lens | LensDocument", path: str | os.PathLike[str]) -> tuple[Fin
         text, lost = writer(document.lens.with_round_stop)
         remarks += [*lost, *lost_edits(document)]
     _check_opens(text, path)
-    beside = path.with_name(f".{path.name[:100]}.{os.getpid()}.part")
-    try:
-        with open(beside, "w", encoding="utf-8", errors="replace", newline="\n") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        beside.replace(path)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or error
-        raise LensFileError(path, None, f"cannot be written: {reason}") from None
-    finally:
-        with suppress(OSError, ValueError):
-            beside.unlink()
+    with replacing(path) as partial, open(partial, "w", encoding="utf-8", errors="replace", newline="\n") as file:
+        file.write(text)
+        file.flush()
+        os.fsync(file.fileno())
     return tuple(remarks)
 
 

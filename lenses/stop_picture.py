@@ -6,7 +6,6 @@ folder, and reads none outside it.
 
 import os
 import shutil
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path, PurePosixPath, PureWindowsPath
@@ -19,7 +18,7 @@ from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.stop_image import StopImage, StopImageError
 from lensbench.core.text import excerpt
-from lensbench.lenses.file_error import LensFileError
+from lensbench.lenses.file_error import replacing
 from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp")
@@ -97,22 +96,14 @@ def with_picture_beside(lens: Lens, path: Path) -> tuple[Lens, list[Finding]]:
             return replace(lens, stop_image=replace(image, name=name.as_posix())), []
         if not target.exists():
             break
-    partial = target.with_name(f".{target.name[:100]}.{os.getpid()}.part")
-    try:
+    with replacing(target, "the picture in the stop ") as temporary:
         if source is not None:
-            shutil.copyfile(source, partial)
+            shutil.copyfile(source, temporary)
             said = f"the picture in the stop was copied next to it, as {excerpt(name.as_posix())}"
         else:
-            _write(image, partial)
+            _write(image, temporary)
             said = (f"the picture in the stop was written next to it, as {excerpt(name.as_posix())}: "
                     f"{image.side} × {image.side} pixels of 16 bits")
-        partial.replace(target)
-    except OSError as error:
-        raise LensFileError(target, None, f"the picture in the stop cannot be written: "
-                                          f"{error.strerror or error}") from None
-    finally:
-        with suppress(OSError):
-            partial.unlink()
     return replace(lens, stop_image=replace(image, name=name.as_posix())), [note(Kind.BESIDE, said)]
 
 
