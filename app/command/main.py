@@ -23,7 +23,7 @@ COMMANDS = {
     "view": ("view", "Open the bench on a lens and a scene."),
     "render": ("render", "Render a picture, or the frames of one that moves."),
     "info": ("info", "Print provenance, first-order data, glasses and check of a lens."),
-    "lenses": ("library", "List the lenses of the library."),
+    "lenses": ("info", "List the lenses of the library."),
     "check": ("info", "Report what looks wrong in lens files."),
     "convert": ("lens_files", "Write a lens file in the format of another program."),
     "export": ("lens_files", "Write the camera of a picture for pbrt, Mitsuba or Blender."),

@@ -440,7 +440,7 @@ def test_a_failure_of_the_program_ends_with_1_and_one_line(monkeypatch, capsys):
         raise RuntimeError("a\nb\x1b[2J")
 
     monkeypatch.delenv("LENSBENCH_DEBUG", raising=False)
-    monkeypatch.setattr("lensbench.app.command.library.describe", broken)
+    monkeypatch.setattr("lensbench.app.command.info.describe", broken)
     assert main(["lenses"]) == 1
     assert r"RuntimeError: a\nb\x1b[2J" in one_line(capsys)
     monkeypatch.setenv("LENSBENCH_DEBUG", "1")
