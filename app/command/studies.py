@@ -128,10 +128,9 @@ class Made(NamedTuple):
 
 def _models(arguments: argparse.Namespace, report: Callable[[float], bool]) -> Made:
     from lensbench.app.studies.charts.curves import plain, table
-    from lensbench.app.studies.charts.models import charts
-    from lensbench.app.studies.charts.panels import subjects
     from lensbench.app.studies.charts.peers import PEERS, installed
     from lensbench.app.studies.charts.sheet import draw
+    from lensbench.app.studies.charts.subjects import charts, subjects
 
     lenses, left_out = subjects(arguments)
     peers = installed()
@@ -145,7 +144,7 @@ def _models(arguments: argparse.Namespace, report: Callable[[float], bool]) -> M
 
 def _others(arguments: argparse.Namespace, report: Callable[[float], bool]) -> Made:
     from lensbench.app.studies.charts.curves import draw_panels, panel_table, plain_panels
-    from lensbench.app.studies.charts.panels import TITLES, panels
+    from lensbench.app.studies.charts.subjects import TITLES, panels
 
     made = panels(arguments, report)
     return Made([panel_table(panel) for panel in made], plain_panels(made),

@@ -270,7 +270,7 @@ class Presenter:
 
 
 def _note(shown: FieldPicture) -> str:
-    return note(shown.recording, shown.look, shown.found)
+    return note(shown.recording, shown.look, shown.has_depth)
 
 
 def _apart(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:

@@ -135,7 +135,7 @@ class Part(NamedTuple):
 
     title: str
     done: int
-    wanted: int                 # so far, with all that the first picture is known to need
+    total: int                  # so far, with all that the first picture is known to need
 
 
 class Compilers:

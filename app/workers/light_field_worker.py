@@ -41,13 +41,13 @@ class FieldPicture(NamedTuple):
     seconds: float
     covered: float = 1.0                    # the part of its pixels that was recorded
     number: int = 0                         # counts the pictures of the worker
-    found: bool = True                      # the depth that a look at the depth needs
+    has_depth: bool = True                      # the depth that a look at the depth needs
     coarse: bool = False                    # a finer one follows when the look rests
 
     @property
     def coded(self) -> bool:
         """Whether its colours encode a depth or a confidence."""
-        return self.found and self.look.coded
+        return self.has_depth and self.look.coded
 
 
 Wanted = tuple[Recorded, Look, lb.Depth | None]
@@ -143,7 +143,7 @@ class LightFieldWorker:
         """Show the recording with this look from now on."""
         if self.recording is None:
             return
-        request = self.recording, look.asked, self.found if look.show == "depth" else None
+        request = self.recording, look.asked, self.known_depth if look.show == "depth" else None
         if request == self._wanted:
             return
         with self._change:
@@ -177,7 +177,7 @@ class LightFieldWorker:
         self.recording = self.field_picture = self.depth = self.compared = None
 
     @property
-    def found(self) -> lb.Depth | None:
+    def known_depth(self) -> lb.Depth | None:
         """The depth of the recording; None until it has been estimated."""
         depth = self.depth
         return depth[1] if depth is not None and depth[0] is self.recording else None

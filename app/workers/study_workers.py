@@ -65,8 +65,7 @@ class ChartWorker(Measurements[Settings, Chart]):
 def _chart_worker_measured(key: Settings, task: Task[Chart]) -> Chart:
     import lensbench as lb
     from lensbench.app.bench.camera_kinds import camera
-    from lensbench.app.studies.charts.models import chart
-    from lensbench.app.studies.charts.panels import Subject
+    from lensbench.app.studies.charts.subjects import Subject, chart
 
     camera_ = camera(replace(key, lens_model="trace"))
     assert isinstance(camera_, lb.LensCamera)

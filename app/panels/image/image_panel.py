@@ -341,8 +341,8 @@ def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
     pixel, colour, draw = theme.scale(), theme.colours(), imgui.get_window_draw_list()
     text, done, wanted = "Preparing the picture", 0, 0
     if picture.plan:
-        done, wanted = sum(part.done for part in picture.plan), sum(part.wanted for part in picture.plan)
-        parts = " · ".join(f"{part.title} {part.done} of {part.wanted}" for part in picture.plan)
+        done, wanted = sum(part.done for part in picture.plan), sum(part.total for part in picture.plan)
+        parts = " · ".join(f"{part.title} {part.done} of {part.total}" for part in picture.plan)
         text = f"Compiling the kernels, once for this version · {fixed(picture.waiting, 0)} s\n{parts}"
     size = imgui.calc_text_size(text)
     width = max(size.x, theme.em(14.0))

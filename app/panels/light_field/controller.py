@@ -112,7 +112,7 @@ class LightFieldController:
             if shown.coarse and isinstance(shown.recording, Recording):
                 image = light_field_picture(shown.recording, shown.look, None)
             return image, replace(settings, exposure=present.exposure, tone=present.tone)
-        found = self.worker.found
+        found = self.worker.known_depth
         if shown.look.deep == "depth" and path is not None and found is not None:
             return depth_picture(found, path), with_codes(settings)
         return light_of(shown.image), with_codes(settings)
@@ -155,7 +155,7 @@ class LightFieldController:
 
     def _pick(self, pixel: tuple[int, int]) -> None:
         """A click on a pixel of the light field's picture focuses there, or says how its depth becomes known."""
-        found, self.look = self.worker.found, replace(self.look, pixel=pixel)
+        found, self.look = self.worker.known_depth, replace(self.look, pixel=pixel)
         if found is None and self.look.show == "focus" and isinstance(self._recording, Recording):
             self._view.say("A click focuses once the depth is known: “Find the depth” on the tab Depth", note=True)
         if found is not None and self.look.show == "focus" and isinstance(self._recording, Recording):

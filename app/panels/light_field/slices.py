@@ -45,7 +45,7 @@ STEPS = 64                      # of the colours of the scale
 
 def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form: Form) -> Look:
     """Draw the button that starts the search, or the depth found; returns the look after the user's changes."""
-    found = worker.found
+    found = worker.known_depth
     if found is None:
         paragraph("Nearer objects shift more between the views. From this parallax the depth follows.")
         imgui.begin_disabled(worker.task is not None)

@@ -180,8 +180,8 @@ def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(dr
         words = hand.session.presenter.picture(hand.settings, hand.session.view).note
         assert "not found yet" in words and "all in focus" not in words
         hand.ctx.item_click("//Light field/**/Find the depth")
-        hand.wait(lambda: controller.worker.found is not None, "the depth")
-        found = controller.worker.found
+        hand.wait(lambda: controller.worker.known_depth is not None, "the depth")
+        found = controller.worker.known_depth
         shown(hand)
         hand.wait(lambda: controller.field_picture.image is found.picture, "the picture in focus everywhere")
         hand.ctx.item_click("//Light field/**/Depth picture depth")

@@ -11,8 +11,7 @@ from lensbench.app.panels.models import ModelsState, _model, _present, models_pa
 from lensbench.app.settings.setting import SettingsError
 from lensbench.app.settings.settings import Settings
 from lensbench.app.studies.charts.curves import Mark
-from lensbench.app.studies.charts.models import chart
-from lensbench.app.studies.charts.panels import Subject
+from lensbench.app.studies.charts.subjects import Subject, chart
 from lensbench.app.workers.study_workers import ChartWorker, charted
 from tests.app.stand import centre, drive
 

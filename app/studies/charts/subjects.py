@@ -1,21 +1,29 @@
-"""Camera models: cost of a ray against its error relative to the traced lens.
+"""The charts of `lensbench chart`: lenses before films, camera models, and the panels of other subjects. Lengths in mm.
 
-Cost in ns a ray on one thread, measured at run time. *Streamed*: one block of rays in the first-level cache, again and
-again, from the film point and the pupil sample to the ray in front of the lens. *Fused*: whole samples as in the
-renderer, from random numbers to the colour on the film. All models of a lens are timed in turn.
+Of camera models: cost of a ray, in ns on one thread and measured at run time, against its error relative to the traced
+lens. *Streamed*: one block of rays in the first-level cache, again and again, from the film point and the pupil sample
+to the ray in front of the lens. *Fused*: whole samples as in the renderer, from random numbers to the colour on the
+film. All models of a lens are timed in turn.
 """
 
+import argparse
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.studies.charts.curves import Chart, Mark
+from lensbench.app.bench.build import design
+from lensbench.app.bench.zoom import asked_zoom
+from lensbench.app.settings.setting import SettingsError
+from lensbench.app.settings.settings import Settings
+from lensbench.app.studies.charts.curves import Chart, Mark, Panel
 from lensbench.app.studies.charts.ladder import Model, ladder
-from lensbench.app.studies.charts.panels import Subject, share_of
+from lensbench.app.studies.charts.methods import focus_panel, image_panel, pupil_panels
 from lensbench.app.studies.charts.peers import peer_marks
+from lensbench.app.studies.charts.samplers import sampling_panels, scenes as sampling_scenes
 from lensbench.app.studies.charts.truth import Error, Truth
 from lensbench.app.studies.timing import BLOCKS, Time, idle, report_progress, streamed, time_in_turn
 from lensbench.core.kernels import block
@@ -25,11 +33,86 @@ from lensbench.core.kernels.sampling import sampling_steps
 from lensbench.core.optics.scalar_trace import surface_table, trace_rays
 from lensbench.core.scenery.builtin.library import benchmark_scene
 from lensbench.core.text import fixed, significant
+from lensbench.lenses.library.catalogue import one_of_each_kind
+
+PIXELS = (6000, 4000)
+FILM = (36.0, 24.0)
+AWAY = 50.0                     # default focus distance, in focal lengths from the film
+DARK = 0.1                      # share of the light on the axis at which the film ends
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One lens in front of its film. key: its name or path; title: its name in words."""
+
+    key: str
+    title: str
+    camera: lb.LensCamera
+
+
+def subjects(arguments: argparse.Namespace) -> tuple[list[Subject], list[str]]:
+    """The requested lenses, or a library lens of each kind; and a line for each lens that is left out, with the reason.
+
+    Of several lenses, each is limited to its widest stop and to its nearest focus. A single lens raises the errors of a
+    camera: ValueError, OSError.
+    """
+    if len(arguments.lens) == 1:
+        return [subject(arguments.lens[0], arguments, exactly=True)], []
+    lenses, left_out = [], []
+    for name in arguments.lens or one_of_each_kind():
+        try:
+            lenses.append(subject(name, arguments, exactly=False))
+        except (ValueError, OSError) as error:
+            if arguments.lens:
+                raise
+            left_out.append(f"{name}: {error}")
+    return lenses, left_out
+
+
+def subject(name: str, arguments: argparse.Namespace, exactly: bool) -> Subject:
+    """A lens with the settings of the arguments; exactly: an error instead of the nearest possible setting."""
+    lens = design(replace(Settings(), lens=name, focal_length=arguments.focal_length).checked())
+    lens = lens.at(zoom=asked_zoom(lens, arguments.zoom), close=0.0)
+    efl, f_number = abs(lb.first_order(lens).efl), getattr(arguments, "f_number", None)
+    focus = arguments.focus
+    if focus is None or not exactly:
+        focus = max(AWAY * efl if focus is None else focus, 1.02 * lb.nearest_focus(lens))
+    if f_number is not None and not exactly:
+        f_number = max(f_number, lb.first_order(lens).f_number)
+    width, height = arguments.film or FILM
+    pixels = arguments.size or PIXELS
+    camera = lb.LensCamera(lens, lb.Film(width, height, *pixels), focus, f_number)
+    if arguments.film is None:
+        camera = replace(camera, film=_lit(camera, pixels))
+    return Subject(name, lens.name or name, camera)
+
+
+def _lit(camera: lb.LensCamera, pixels: tuple[int, int]) -> lb.Film:
+    """The film reduced to the part that the lens lights."""
+    film, radii = camera.film, 0.5 * camera.film.diagonal * np.geomspace(0.02, 1.0, 160)
+    if not camera.lens.is_rotationally_symmetric:
+        return film
+    dark = np.flatnonzero(lb.falloff(camera.lens, camera.film_distance, radii).total < DARK)
+    if not dark.size:
+        return film
+    share = radii[max(dark[0] - 1, 0)] / radii[-1]
+    digits = 1 - math.floor(math.log10(share * film.width))
+    width = round(share * film.width, digits)
+    return lb.Film(width, width * film.height / film.width, *pixels)
+
+
+def share_of(progress: Callable[[float], bool], i: int, n: int) -> Callable[[float], bool]:
+    """The progress of the i-th of n pieces of work, as the share of all of them."""
+    return lambda share: progress((i + share) / n)
+
+
+# Camera models
+
 
 STREAMED, FUSED = "Cost, streamed (ns a ray)", "Cost, fused in the renderer (ns a sample)"
 ERROR = "Error, rms (pixels)"
 ALSO = ((FUSED, "fused, ns", "its spread, %"),)
-PIXELS = (320, 180)             # pixels of the film on which whole samples are timed
+FUSED_PIXELS = (320, 180)             # pixels of the film on which whole samples are timed
 SCALAR = 1024                   # rays in one piece of work of the scalar tracer
 LOST = 0.005                    # share of the rays that a model may lose at the rims
 SECONDS = 0.06                  # s: for the timings of each model
@@ -136,7 +219,7 @@ def _scalar(camera: lb.LensCamera, aim: list[Step]) -> Callable[[], None]:
 
 def _fused(camera: lb.LensCamera, models: list[Model], seconds: float) -> dict[str, Time]:
     """Cost (ns) of a whole sample by each model, in the benchmark scene without shadows."""
-    film = lb.Film(camera.film.width, camera.film.height, *PIXELS)
+    film = lb.Film(camera.film.width, camera.film.height, *FUSED_PIXELS)
     blocks = -(-film.pixels_x * film.pixels_y // B)
     before = [*sampling_steps(film.pixels_x, film.pixels_y, lit=False), film.step]
     after = benchmark_scene().steps(shadows=False)
@@ -147,3 +230,56 @@ def _fused(camera: lb.LensCamera, models: list[Model], seconds: float) -> dict[s
                                     block.lane_buffer(model.real), 0,
                                     blocks, 0, 1, np.uint32(0))
     return {name: time.per_item(blocks * B) for name, time in time_in_turn(works, seconds).items()}
+
+
+# Pupils, focusing, pictures and samplers
+
+
+TITLES = {"pupil": "Exit-pupil regions: cost and error",
+          "focus": "Focusing: cost and excess blur",
+          "image": "Whole pictures: error against time",
+          "sampler": "Samples that white noise needs for the same error"}
+LENSES = ("pbrt-dgauss-50mm", "pbrt-wide-22mm", "pbrt-fisheye-10mm")
+FOCUS_LENSES = (*LENSES, "lentil-takumar-1969")
+IMAGE_SCENES = ("still-life", "focus-ruler", "night-lights")
+IMAGE_FOCUS = 1200.0            # mm: the middle of the built-in scenes
+PER_LENS = ("pupil", "focus")
+
+
+def panels(arguments: argparse.Namespace, progress: Callable[[float], bool]) -> list[Panel]:
+    """The panels asked for; StoppedError where `progress` returns False; ValueError, OSError of the readers."""
+    if arguments.of in PER_LENS:
+        names = arguments.lens or (LENSES if arguments.of == "pupil" else FOCUS_LENSES)
+        lenses, _ = subjects(argparse.Namespace(**{**vars(arguments), "lens": names}))
+        made = [_of_lens(arguments.of, lens, share_of(progress, i, len(lenses))) for i, lens in enumerate(lenses)]
+        if arguments.of == "pupil":                     # first row: light of all lenses; second: samples
+            return [panel for row in zip(*made, strict=True) for panel in row]
+        return [panel for row in made for panel in row]
+    if arguments.of == "sampler":
+        return sampling_panels(_known(arguments.scene or [], list(sampling_scenes())), progress)
+    names = _known(arguments.scene or list(IMAGE_SCENES), list(lb.SCENES))
+    focus = IMAGE_FOCUS if arguments.focus is None else arguments.focus
+    changed = {"lens": arguments.lens or [LENSES[0]], "focus": focus}
+    lenses, _ = subjects(argparse.Namespace(**{**vars(arguments), **changed}))
+    pairs = [(lens, name) for lens in lenses for name in names]
+    return [_of_scene(lens, name, share_of(progress, i, len(pairs)), len(lenses) > 1)
+            for i, (lens, name) in enumerate(pairs)]
+
+
+def _of_lens(of: str, subject: Subject, progress: Callable[[float], bool]) -> list[Panel]:
+    if of == "pupil":
+        return pupil_panels(subject.key, subject.camera, progress)
+    return [focus_panel(subject.key, subject.camera.lens, progress)]
+
+
+def _of_scene(subject: Subject, name: str, progress: Callable[[float], bool], several: bool) -> Panel:
+    panel = image_panel(f"{subject.key}, {name}", subject.camera, lb.builtin_scene(name), progress)
+    return replace(panel, title=f"{name}, {subject.title}") if several else panel
+
+
+def _known(names: list[str], all_names: list[str]) -> list[str]:
+    """The names; SettingsError with a list of all names if one is unknown."""
+    for name in names:
+        if name not in all_names:
+            raise SettingsError(f"no scene “{name}”: choose of {', '.join(all_names)}")
+    return names
