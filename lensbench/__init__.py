@@ -24,7 +24,7 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
     from lensbench.app.notebook.render import Picture, develop, load_scene, render, save
     from lensbench.core import analysis
     from lensbench.core.analysis.aberrations import ChiefRay, Seidel, astigmatic_foci, chief_ray, seidel
-    from lensbench.core.analysis.distortion import Distortion, distortion, distortion_grid
+    from lensbench.core.analysis.chief_ray_curves import Distortion, distortion, distortion_grid
     from lensbench.core.analysis.model_choice import Choice, choose_model
     from lensbench.core.analysis.vignetting import Falloff, Vignetting, falloff, vignetting
     from lensbench.core.cameras.base import Camera

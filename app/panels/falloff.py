@@ -22,7 +22,7 @@ from lensbench.app.plots.comparison import with_ghost
 from lensbench.app.plots.plot import DASHED, DOTTED, Axis, Curve, Figure, Plot, Table, light_limit
 from lensbench.app.plots.ray_plots import distortion_words, film_distortion, grid_plot
 from lensbench.app.settings.settings import Settings
-from lensbench.core.analysis.distortion import Distortion
+from lensbench.core.analysis.chief_ray_curves import Distortion
 from lensbench.core.analysis.vignetting import Falloff
 from lensbench.core.text import fixed, true_minus
 

@@ -14,9 +14,9 @@ from lensbench.app.plots.query import Query, with_rims
 from lensbench.app.settings.text_values import format_distance
 from lensbench.core.analysis.aperture_curves import breathing, focus_shift, relative_illumination
 from lensbench.core.analysis.axial_curves import chromatic_focal_shift, longitudinal_aberration
+from lensbench.core.analysis.chief_ray_curves import field_curves
 from lensbench.core.analysis.grids.traced_grid import RayGrid, close_foci, ray_grid
 from lensbench.core.analysis.lens_defects import with_sensor_stack
-from lensbench.core.analysis.meridional_curves import field_curves
 from lensbench.core.analysis.transfer_function import mtf
 from lensbench.core.optics.finding import Kind
 from lensbench.core.text import f_number_text, fixed, significant, true_minus

@@ -17,9 +17,9 @@ from lensbench.app.plots.plot import (
 )
 from lensbench.app.plots.query import Query, with_rims
 from lensbench.app.settings.text_values import format_distance
+from lensbench.core.analysis.chief_ray_curves import FieldCurves, field_curves
 from lensbench.core.analysis.depth_over_field import FieldDepth, field_depth
 from lensbench.core.analysis.grids.traced_grid import RayGrid, close_foci
-from lensbench.core.analysis.meridional_curves import FieldCurves, field_curves
 from lensbench.core.optics.finding import Kind
 from lensbench.core.text import fixed, significant
 

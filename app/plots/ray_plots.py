@@ -14,7 +14,7 @@ from lensbench.app.plots.plot import (
 from lensbench.app.plots.query import Query, ended_marks, ends_within_stop, largest_height
 from lensbench.app.plots.spots import chosen_fields, field_label
 from lensbench.core.analysis.aberrations import seidel
-from lensbench.core.analysis.distortion import RECTILINEAR, Distortion
+from lensbench.core.analysis.chief_ray_curves import RECTILINEAR, Distortion
 from lensbench.core.analysis.spot_diagram import Fans, ray_fans
 from lensbench.core.analysis.wavefront import fringe_index, noll_indices, wavefronts, zernike_name
 from lensbench.core.optics.glass import D_LINE

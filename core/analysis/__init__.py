@@ -20,6 +20,7 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
         FocalShift, Longitudinal, chromatic_focal_shift, longitudinal_aberration
     )
     from lensbench.core.analysis.blade_star import Sunstar, sunstar
+    from lensbench.core.analysis.chief_ray_curves import FieldCurves, field_curves
     from lensbench.core.analysis.depth_over_field import FieldDepth, field_depth
     from lensbench.core.analysis.focus_map import MtfMap, mtf_map
     from lensbench.core.analysis.focus_wedge import SharpFocus, sharp_focus
@@ -27,7 +28,6 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
     from lensbench.core.analysis.grids.field_conditions import Conditions, conditions, field_name
     from lensbench.core.analysis.grids.traced_grid import RayGrid, close_foci, ray_grid
     from lensbench.core.analysis.lens_defects import rippled, with_sensor_stack
-    from lensbench.core.analysis.meridional_curves import FieldCurves, field_curves
     from lensbench.core.analysis.point_spread import PointSpread, encircled_energy, psf
     from lensbench.core.analysis.spot_diagram import Fans, Spots, ray_fans, spots
     from lensbench.core.analysis.transfer_function import Mtf, mtf
