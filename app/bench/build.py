@@ -400,10 +400,7 @@ def flare(settings: Settings) -> "Flare | None":
     from lensbench.core.rendering.ghost_image import Flare
 
     name = coating(settings, design(settings)).name if settings.has_lens else "uncoated"
-    alone = read_ghost_pair(settings.ghost_pair)
-    first, _, second = alone.partition("-")
-    return Flare(name, settings.ghost_strength if settings.ghosts else 0.0,
-                 ((int(first), int(second)),) if alone else (),
+    return Flare(name, settings.ghost_strength if settings.ghosts else 0.0, _ghosts_alone(settings),
                  stars=settings.star_strength if settings.stars else 0.0,
                  wavelength=picture_wavelength(settings, published(settings)) if settings.has_lens else None)
 
@@ -414,11 +411,16 @@ def missing_ghost(settings: Settings) -> str:
         return ""
     from lensbench.core.optics.ghost_path import no_such_pair
 
-    first, _, second = read_ghost_pair(settings.ghost_pair).partition("-")
     try:
-        return no_such_pair(design(settings), ((int(first), int(second)),))
+        return no_such_pair(design(settings), _ghosts_alone(settings))
     except (ValueError, OSError):                   # the worker reports a lens that cannot be
         return ""
+
+
+def _ghosts_alone(settings: Settings) -> tuple[tuple[int, int], ...]:
+    """The surfaces of the ghost that is shown alone; () for all ghosts."""
+    first, _, second = read_ghost_pair(settings.ghost_pair).partition("-")
+    return ((int(first), int(second)),) if second else ()
 
 
 def _loss(name: str) -> str:

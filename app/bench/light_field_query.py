@@ -277,16 +277,20 @@ def radiance_over_time(recording: Recording, pixel: tuple[int, int]) -> NDArray[
 
 def _of_pixel(recording: Recording, light: NDArray, pixel: tuple[int, int]) -> NDArray[np.float32]:
     x, y = pixel
-    light = light[..., y, x].astype(np.float32)
-    covered = np.broadcast_to(recording.field.coverage[:, :, y, x].astype(np.float32)[..., None], light.shape)
+    return _over_coverage(light[..., y, x], recording.field.coverage[:, :, y, x][..., None])
+
+
+def _over_coverage(light: NDArray, coverage: NDArray) -> NDArray[np.float32]:
+    """The radiance of light as recorded; 0 where no sample passed."""
+    light = light.astype(np.float32)
+    covered = np.broadcast_to(coverage.astype(np.float32), light.shape)
     return np.divide(light, covered, np.zeros_like(light), where=covered > 0.0)
 
 
 def epipolar(recording: Recording, row: int, down: int) -> NDArray[np.float32]:
     """Epipolar image (across, w, 3): a row of the picture in each view of one row of the pupil, from the left."""
-    light = recording.field.light[down, :, :, row].astype(np.float32)
-    covered = recording.field.coverage[down, :, row].astype(np.float32)[:, None]
-    return np.divide(light, covered, np.zeros_like(light), where=covered > 0.0).transpose(0, 2, 1)
+    field = recording.field
+    return _over_coverage(field.light[down, :, :, row], field.coverage[down, :, row][:, None]).transpose(0, 2, 1)
 
 
 def ray(recording: Recording, pixel: tuple[int, int], cell: tuple[int, int]) -> tuple[tuple[float, float], ...]:

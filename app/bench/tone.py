@@ -149,7 +149,7 @@ def decibels(a: NDArray[np.float32], b: NDArray[np.float32]) -> float:
     return -10.0 * math.log10(error) if error else math.inf
 
 
-def round_above(value: float) -> float:
-    """The least of 1, 2, 5 · 10ⁿ that is not below a positive value."""
+def round_above(value: float, slack: float = 1e-12) -> float:
+    """The least of 1, 2, 5 · 10ⁿ that is not below a positive value by more than this share of it."""
     decade = 10.0 ** math.floor(math.log10(value))
-    return next(step * decade for step in (1.0, 2.0, 5.0, 10.0) if step * decade >= value * (1.0 - 1e-12))
+    return next(step * decade for step in (1.0, 2.0, 5.0, 10.0) if step * decade >= value * (1.0 - slack))

@@ -47,7 +47,7 @@ def focus_shift_figure(query: Query, points: int, f_number: float | None = None)
                       1000.0 * (shifts.least_blur + sign * shifts.depth), "faint", DOTTED) for sign in (1.0, -1.0)),
               Curve("film", numbers[[0, -1]], np.zeros(2), "amber", weight=1.0))
     if f_number is not None and numbers[0] < f_number <= numbers[-1]:
-        curves += (Curve("", np.full(2, f_number), np.array([-limit, limit]), "dim", DASHED, 1.0),)
+        curves += (Curve.straight((f_number, f_number), (-limit, limit), dash=DASHED),)
     table = Table(("f-number", "least blur (mm)", "highest MTF (mm)", "depth of focus (mm)"), tuple(zip(
         numbers, shifts.least_blur, shifts.best_mtf, shifts.depth, strict=True)))
     said = f"depth of focus for a blur of {significant(1000.0 * shifts.limit, 2)} µm, two pixels"
@@ -84,7 +84,7 @@ def breathing_figure(query: Query, points: int) -> Figure:
     return Figure("Breathing", ((Plot(Axis("Focus distance (m)", low, high, log=True),
                                       Axis("Field (%)", -limit, limit),
                                       (Curve("wider than at infinity", metres, change),
-                                       Curve("", np.array([low, high]), np.zeros(2), "grid", weight=1.0))),),), table,
+                                       Curve.straight((low, high), (0.0, 0.0), "grid"))),),), table,
                   f"{'corner of the film' if share == 1.0 else 'edge of light'}, {significant(height, 4)} mm · "
                   f"{query.primary_alone} · tangent of the half field",
                   tuple(map(str, curve.findings)))
@@ -129,9 +129,9 @@ def axial_figure(query: Query, points: int) -> Figure:
     limit = reach(np.concatenate([along.foci.ravel(), shift.foci]))
     curves = [Curve(wavelength_name(line), foci, along.heights, line)
               for line, foci in zip(conditions.wavelengths, along.foci, strict=True)]
-    zero = Curve("", np.zeros(2), np.array([0.0, 1.0]), "grid", weight=1.0)
+    zero = Curve.straight((0.0, 0.0), (0.0, 1.0), "grid")
     colours = 1000.0 * shift.wavelengths
-    rest = Curve("", np.zeros(2), colours[[0, -1]], "grid", weight=1.0)
+    rest = Curve.straight((0.0, 0.0), (colours[0], colours[-1]), "grid")
     focus = Axis("Focus (mm)", -limit, limit)
     table = Table(("wavelength (um)", "height in the stop", "focus behind the film (mm)"),
                   tuple((line, height, focus_z) for line, foci in zip(conditions.wavelengths, along.foci, strict=True)

@@ -21,6 +21,7 @@ from lensbench.app.bench.build import Bench, bench_of
 from lensbench.app.bench.camera_kinds import focused_lens, readings
 from lensbench.app.bench.focus_plane import lens_leans
 from lensbench.app.bench.readouts import Readings, blur_limit
+from lensbench.app.bench.tone import round_above
 from lensbench.app.bench.water_window import port_of
 from lensbench.app.scenes.asset_files import Stamp, file_stamp
 from lensbench.app.settings.dial_scales import WHOLE_STOPS
@@ -191,7 +192,7 @@ def _across(whole: Beams, pupil: np.ndarray, good: np.ndarray) -> np.ndarray:
 
 NEIGHBOURS = (-1, 2, 5)         # stops from the current f-number, drawn faint
 SMALLEST = 1e-4                 # µm: least diameter at the focus, below every plot
-ROUND = (1.0, 2.0, 5.0)
+SLACK = 1e-3                    # of the ends of the plot, which are rounded outwards
 
 
 @dataclass(frozen=True, eq=False)
@@ -215,8 +216,8 @@ def plot_range(got: Readings) -> tuple[float, float, float, float]:
     efl = got.efl or 50.0
     reach = efl * efl / (widest * (got.limit or 0.03)) / 1000.0
     low = _round_down(max(nearest, 0.01))
-    high = _round_up(min(max(1.1 * reach, 60.0 * low, 20.0), 1000.0))
-    top = _round_up(max(3000.0 * efl * efl / (widest * max(1000.0, 4.0 * efl)), 300.0))
+    high = round_above(min(max(1.1 * reach, 60.0 * low, 20.0), 1000.0), SLACK)
+    top = round_above(max(3000.0 * efl * efl / (widest * max(1000.0, 4.0 * efl)), 300.0), SLACK)
     magnification = got.magnification or 0.0
     if 1000.0 * efl * magnification / (got.f_number or widest) > top:
         top *= 10.0
@@ -284,9 +285,4 @@ def main_curve(shown: Curves) -> np.ndarray:
 
 def _round_down(value: float) -> float:
     decade = 10.0 ** math.floor(math.log10(value))
-    return max(step * decade for step in ROUND if step * decade <= value * 1.05)
-
-
-def _round_up(value: float) -> float:
-    decade = 10.0 ** math.floor(math.log10(value))
-    return next(step * decade for step in (*ROUND, 10.0) if step * decade >= value * 0.999)
+    return max(step * decade for step in (1.0, 2.0, 5.0) if step * decade <= value * 1.05)

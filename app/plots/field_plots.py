@@ -148,12 +148,12 @@ def _middle(rays: RayGrid) -> int:
     return int(np.argmin(np.abs(np.array(rays.conditions.fields)).sum(1)))
 
 
-def _section_zero(axis: Axis) -> Curve:
-    return Curve("", np.array([axis.low, axis.high]), np.zeros(2), "faint", weight=1.0)
+def _zero(axis: Axis) -> Curve:
+    return Curve.straight((axis.low, axis.high), (0.0, 0.0), "faint")
 
 
 def _section_curvature(grids: list[RayGrid], axis: Axis) -> Plot:
-    curves, limits = [_section_zero(axis)], []
+    curves, limits = [_zero(axis)], []
     for rays, way, tint in zip(grids, WAYS, TINTS, strict=True):
         foci, heights = _foci(rays), _places(rays)
         for a, (name, dash) in enumerate((("sagittal", SOLID), ("tangential", DASHED))):
@@ -174,7 +174,7 @@ def _distortions(rays: RayGrid) -> np.ndarray:
 
 
 def _section_distortion(grids: list[RayGrid], axis: Axis) -> Plot:
-    curves = [_section_zero(axis), *(Curve(way, _places(rays), _distortions(rays), tint)
+    curves = [_zero(axis), *(Curve(way, _places(rays), _distortions(rays), tint)
                              for rays, way, tint in zip(grids, WAYS, TINTS, strict=True))]
     known = np.concatenate([_distortions(rays) for rays in grids])
     limit = min(reach(known[np.isfinite(known)], 0.1), MOST)
@@ -183,7 +183,7 @@ def _section_distortion(grids: list[RayGrid], axis: Axis) -> Plot:
 
 def _section_colour(grids: list[RayGrid], axis: Axis) -> Plot:
     """Places of the chief rays of other wavelengths along the field, against that of the primary one."""
-    curves, limits = [_section_zero(axis)], []
+    curves, limits = [_zero(axis)], []
     for rays, way, dash in zip(grids, WAYS, (SOLID, DASHED), strict=True):
         for c, line in enumerate(rays.conditions.wavelengths):
             if c != rays.conditions.primary:
@@ -235,10 +235,6 @@ def _axis(curves: FieldCurves) -> Axis:
     return Axis(HEIGHT, 0.0, float(np.nanmax(curves.heights)))
 
 
-def _field_zero(curves: FieldCurves) -> Curve:
-    return Curve("", np.array([0.0, float(np.nanmax(curves.heights))]), np.zeros(2), "faint", weight=1.0)
-
-
 def _lit(curves: FieldCurves, values: np.ndarray, end: float) -> np.ndarray:
     """The values of fields that light reaches; NaN beyond."""
     return np.where(curves.heights <= end * 1.0001, values, math.nan)
@@ -246,7 +242,7 @@ def _lit(curves: FieldCurves, values: np.ndarray, end: float) -> np.ndarray:
 
 def _field_curvature(field: FieldCurves, end: float, rays: RayGrid) -> Plot:
     """Tangential and sagittal foci of each wavelength, and the Petzval surface of the primary one."""
-    conditions, curves = field.conditions, [_field_zero(field)]
+    conditions, curves = field.conditions, [_zero(_axis(field))]
     several, inner = len(conditions.wavelengths) > 1, field.heights <= end
     for name, foci, dash in (("sagittal", field.sagittal, SOLID), ("tangential", field.tangential, DASHED)):
         for c, line in enumerate(conditions.wavelengths):
@@ -263,7 +259,7 @@ def _field_curvature(field: FieldCurves, end: float, rays: RayGrid) -> Plot:
 
 def _field_distortion(field: FieldCurves, end: float, rays: RayGrid) -> Plot:
     tan, theta = _lit(field, field.distortion, end), _lit(field, field.f_theta_distortion, end)
-    curves = [_field_zero(field), Curve("against f tan θ", field.heights, tan, "strong", SOLID, 1.8)]
+    curves = [_zero(_axis(field)), Curve("against f tan θ", field.heights, tan, "strong", SOLID, 1.8)]
     if np.isfinite(theta[1:]).any():
         curves.append(Curve("against f θ", field.heights, theta, "text", DASHED, 1.2))
     known = tan[np.isfinite(tan)]
@@ -273,7 +269,7 @@ def _field_distortion(field: FieldCurves, end: float, rays: RayGrid) -> Plot:
 
 def _field_colour(field: FieldCurves, end: float, rays: RayGrid) -> Plot:
     """Heights of the chief rays of other wavelengths, against that of the primary one."""
-    conditions, curves = field.conditions, [_field_zero(field)]
+    conditions, curves = field.conditions, [_zero(_axis(field))]
     shown = 1000.0 * np.column_stack([_lit(field, shift, end) for shift in field.lateral_colour.T])
     for c, line in enumerate(conditions.wavelengths):
         if c != conditions.primary:

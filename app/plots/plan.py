@@ -92,9 +92,12 @@ def _cut(rays: tuple[Points, Points], origin: Points, forward: Points, distance:
     """Points (2, 2), from above, at which two rays meet the plane `distance` (mm) ahead; far off for a miss."""
     starts, directions = rays
     with np.errstate(divide="ignore", invalid="ignore"):
-        t = (distance - (starts - origin) @ forward) / (directions @ forward)
-    t = np.where((t > 0.0) & (t < AWAY), t, AWAY)
-    return above(starts + t[:, None] * directions)
+        return _along(rays, (distance - (starts - origin) @ forward) / (directions @ forward))
+
+
+def _along(rays: tuple[Points, Points], t: Points) -> Points:
+    """Points (2, 2), from above, at t (mm) along two rays; far off behind their origins and beyond AWAY."""
+    return above(rays[0] + np.where((t > 0.0) & (t < AWAY), t, AWAY)[:, None] * rays[1])
 
 
 def _tilted(rays: tuple[Points, Points], frame: Points, sharp: "lb.analysis.SharpFocus") -> tuple[
@@ -110,7 +113,7 @@ def _tilted(rays: tuple[Points, Points], frame: Points, sharp: "lb.analysis.Shar
                 t = -plane.distance(starts) / (directions @ plane.normal)
         if not beyond and not ((t > 0.0) & (t < AWAY)).all():
             return None
-        return above(rays[0] + np.where((t > 0.0) & (t < AWAY), t, AWAY)[:, None] * rays[1])
+        return _along(rays, t)
 
     focus = None if sharp.plane is None else cut(sharp.plane, False)
     near, far = cut(sharp.near, True), cut(sharp.far, True)

@@ -45,8 +45,8 @@ def fans_figure(query: Query, points: int, kind: str = "ray", rows: int = 3) -> 
 
 def _plot(fans: Fans, values: np.ndarray, f: int, fan: int, limit: float, kind: str) -> Plot:
     conditions, rays = fans.rays.conditions, fans.rays
-    layers = [Curve("", np.array([-1.0, 1.0]), np.zeros(2), "faint", weight=1.0),
-              Curve("", np.zeros(2), np.array([-limit, limit]), "faint", weight=1.0)]
+    layers = [Curve.straight((-1.0, 1.0), (0.0, 0.0), "faint"),
+              Curve.straight((0.0, 0.0), (-limit, limit), "faint")]
     lost = fans.victim[f, fan] >= 0
 
     def which(c: int) -> np.ndarray:
@@ -223,8 +223,8 @@ def seidel_figure(query: Query, points: int) -> Figure:
     shown = np.vstack([values, total])
     positions = np.append(np.arange(float(count)), count + 0.6)
     limit = 1.1 * reach(shown)
-    layers: list = [Curve("", np.array([-1.0, count + 1.2]), np.zeros(2), "faint", weight=1.0),
-                    Curve("", np.full(2, count - 0.2), np.array([-limit, limit]), "faint", weight=1.0)]
+    layers: list = [Curve.straight((-1.0, count + 1.2), (0.0, 0.0), "faint"),
+                    Curve.straight((count - 0.2, count - 0.2), (-limit, limit), "faint")]
     layers += [Bars("", positions[[i, i]], np.array([limit, -limit]), 0.96, "grid", surface=i) for i in range(count)]
     middle = 0.5 * (len(names) - 1)
     for k, name in enumerate(names):
@@ -311,7 +311,7 @@ def _bars(coefficients: np.ndarray, order: str) -> Plot:
     indices = np.array(sorted(k for k in terms if k <= last))
     values = np.array([coefficients[terms[k] - 1] for k in indices.tolist()])
     limit = 1.1 * reach(values, 0.01)
-    layers: list = [Curve("", np.array([FIRST - 1.0, last + 1.0]), np.zeros(2), "faint", weight=1.0),
+    layers: list = [Curve.straight((FIRST - 1.0, last + 1.0), (0.0, 0.0), "faint"),
                     Bars("", indices.astype(float), values, 0.7, "field0")]
     for k, value in zip(indices.tolist(), values, strict=True):
         said = f"Z{k}, {zernike_name(*noll_indices(terms[k]))}\n" + true_minus(

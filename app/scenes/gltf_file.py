@@ -14,7 +14,7 @@ from urllib.parse import unquote
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.scenes.mesh_parts import WHITE, Look, MeshFile, Piece, compact, draco_decoded, of_looks
+from lensbench.app.scenes.mesh_parts import WHITE, Look, MeshFile, Piece, compact, draco_decoded, of_looks, of_strip
 from lensbench.core.text import excerpt, significant
 
 MOST_JSON = 64 << 20            # bytes
@@ -440,9 +440,9 @@ def _triangles(corners: np.ndarray, mode: int) -> np.ndarray:
     corners = corners.astype(np.int64)
     if mode == 4:
         return corners[:len(corners) // 3 * 3].reshape(-1, 3)
-    k = np.arange(max(len(corners) - 2, 0))
     if mode == 5:
-        return np.stack([corners[k], corners[k + 1 + k % 2], corners[k + 2 - k % 2]], 1)
+        return of_strip(corners)
     if mode == 6:
+        k = np.arange(max(len(corners) - 2, 0))
         return np.stack([corners[k + 1], corners[k + 2], np.broadcast_to(corners[:1], k.shape)], 1)
     raise lb.SceneError(f"mode {mode} of a primitive is not one of glTF")

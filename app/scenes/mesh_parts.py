@@ -113,6 +113,12 @@ def compact(faces: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return rows, faces_of_rows.reshape(-1, 3)
 
 
+def of_strip(corners: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) of the corners of a strip, all turned the same way."""
+    k = np.arange(max(len(corners) - 2, 0))
+    return np.stack([corners[k], corners[k + 1 + k % 2], corners[k + 2 - k % 2]], 1)
+
+
 def cut_to_triangles(points: np.ndarray, corners: np.ndarray, lengths: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Triangles (m, 3) of polygons, as places in `corners`, and the polygon of each. Polygons with inward corners too.
 

@@ -8,7 +8,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.scenes.mesh_parts import (
-    GREY, WHITE, Look, LookError, MeshFile, Piece, coded, compact, cut_to_triangles, of_looks
+    GREY, WHITE, Look, LookError, MeshFile, Piece, coded, compact, cut_to_triangles, of_looks, of_strip
 )
 from lensbench.core.text import excerpt
 
@@ -208,9 +208,5 @@ def _stacked(element: Element, names: tuple[str, ...]) -> np.ndarray | None:
 
 def _strips(corners: np.ndarray) -> np.ndarray:
     """Triangles (m, 3) of strips that end in −1."""
-    triangles = [np.empty((0, 3), np.int64)]
-    for strip in np.split(corners, np.flatnonzero(corners < 0) + 1):
-        strip = strip[strip >= 0]
-        k = np.arange(len(strip) - 2) if len(strip) > 2 else np.empty(0, np.int64)
-        triangles.append(np.stack([strip[k], strip[k + 1 + k % 2], strip[k + 2 - k % 2]], 1))
-    return np.concatenate(triangles)
+    return np.concatenate([of_strip(strip[strip >= 0])
+                           for strip in np.split(corners, np.flatnonzero(corners < 0) + 1)])

@@ -24,7 +24,8 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-SIGNATURE = b"\x76\x2f\x31\x01"
+from lensbench.app.scenes.sky_picture import EXR as SIGNATURE
+
 LONGEST = 1 << 20                               # bytes of the header
 MOST_ATTRIBUTES = 1000
 ROWS = {0: 1, 1: 1, 2: 1, 3: 16, 4: 32, 5: 16, 6: 32, 7: 32, 8: 32, 9: 256}      # of a chunk, by compression

@@ -140,21 +140,24 @@ def read_angle(text: str) -> float:
 
 def read_length(text: str) -> float:
     """“50 mm”, “50”, “5 cm” in mm."""
-    number, unit = read_number(r"#\s*(mm|cm)?", text, "a focal length such as 50 mm")
-    return number * (10.0 if unit == "cm" else 1.0)
+    return _millimetres(text, "a focal length such as 50 mm")
 
 
 def read_signed_length(text: str) -> float:
     """“10 mm”, “-10”, “1 cm” in mm; such a length may be negative."""
-    number, unit = read_number(r"#\s*(mm|cm)?", text, "a length such as 10 mm")
-    return number * (10.0 if unit == "cm" else 1.0)
+    return _millimetres(text, "a length such as 10 mm")
 
 
 def read_extent(text: str) -> float:
     """“21.6”, “21.6 mm”, “2 cm” in mm; such a length is at least 0."""
-    number, unit = read_number(r"#\s*(mm|cm)?", text, EXTENT)
-    if number < 0.0:
+    length = _millimetres(text, EXTENT)
+    if length < 0.0:
         raise ValueError(f"“{cut(text.strip())}”: type {EXTENT}")
+    return length
+
+
+def _millimetres(text: str, example: str) -> float:
+    number, unit = read_number(r"#\s*(mm|cm)?", text, example)
     return number * (10.0 if unit == "cm" else 1.0)
 
 
@@ -232,11 +235,10 @@ def read_electrons(text: str) -> float:
 
 def read_time(text: str) -> float:
     """“1/125”, “0.5 s”, “20 ms”, “350 µs” in seconds; a bare number is in seconds."""
-    example = "a time such as 1/125 s, 20 ms or 2 s"
     reciprocal = re.fullmatch(r"\s*1\s*/\s*(\d+\.?\d*)\s*s?\s*", text)
     if reciprocal is not None and float(reciprocal[1]) > 0.0:
         return 1.0 / float(reciprocal[1])
-    number, unit = read_number(r"#\s*(s|ms|µs|us|″|\")?", text, example)
+    number, unit = read_number(r"#\s*(s|ms|µs|us|″|\")?", text, "a time such as 1/125 s, 20 ms or 2 s")
     return number * {"ms": 1e-3, "µs": 1e-6, "us": 1e-6}.get(unit, 1.0)
 
 
