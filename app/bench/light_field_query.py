@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import lensbench as lb
-from lensbench.app.bench.false_colours import confidence_codes, depth_codes
+from lensbench.app.bench.tone import confidence_codes, depth_codes
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_distance, format_f_number, format_part
 from lensbench.core.text import f_number_text, fixed, true_minus

@@ -17,8 +17,8 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.bench.camera_kinds import camera
-from lensbench.app.bench.false_colours import depth_picture, ends, with_codes
 from lensbench.app.bench.light_field_query import Look, Recording, epipolar, radiance, radiance_over_time, ray
+from lensbench.app.bench.tone import depth_picture, ends, with_codes
 from lensbench.app.command.lens_options import option, say
 from lensbench.app.command.options import (
     add_picture_options, prepare_capture, read_size, read_views, report_scene, settings_from

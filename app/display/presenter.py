@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lensbench.app.bench.exposure import AppliedExposure, applied_exposure, exposed, look, meter_stops
-from lensbench.app.bench.false_colours import aov_codes
 from lensbench.app.bench.focus_plane import leans
 from lensbench.app.bench.light_field_query import note, picture_settings
-from lensbench.app.bench.tone import Difference, histogram
+from lensbench.app.bench.tone import Difference, aov_codes, histogram
 from lensbench.app.display.frame import Light, Mark, Picture, Pinned, View
 from lensbench.app.display.gl_texture import SQUARES, Development, Screen, one_by_one, queue, softening
 from lensbench.app.display.small_textures import Panorama

@@ -27,7 +27,7 @@ import lensbench as lb
 from lensbench.app.bench import tone
 from lensbench.app.bench.auto_model import record
 from lensbench.app.bench.exposure import applied_exposure, recorded
-from lensbench.app.bench.false_colours import aov_codes
+from lensbench.app.bench.tone import aov_codes
 from lensbench.app.session import picture_formats
 from lensbench.app.session.picture_formats import SIGNATURE as EXR_SIGNATURE, HeaderError, exr_attribute, write_exr
 from lensbench.app.settings.settings import CHOSEN, Settings

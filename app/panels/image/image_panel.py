@@ -11,10 +11,10 @@ from dataclasses import replace
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.bench.camera_kinds import readings
-from lensbench.app.bench.false_colours import aov_note
 from lensbench.app.bench.focus_plane import focused_at
 from lensbench.app.bench.pose import dollied, orbited, panned, pivot_distance
 from lensbench.app.bench.readouts import dark_corners
+from lensbench.app.bench.tone import aov_note
 from lensbench.app.display.frame import Box, Click, Mark, Picture, View
 from lensbench.app.drawing import theme
 from lensbench.app.panels.image.camera_strip import camera_strip

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lensbench.app.bench.constraints import MARGIN
-from lensbench.app.bench.false_colours import depth_picture, light_of, with_codes
 from lensbench.app.bench.light_field_query import Look, Recorded, Recording, light_field_picture, picture_settings
+from lensbench.app.bench.tone import depth_picture, light_of, with_codes
 from lensbench.app.display.frame import View
 from lensbench.app.display.presenter import Presenter
 from lensbench.app.panels.light_field.capture_form import Form

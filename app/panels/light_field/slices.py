@@ -18,11 +18,10 @@ from numpy.typing import NDArray
 
 import lensbench as lb
 from lensbench.app.bench.constraints import MARGIN
-from lensbench.app.bench.false_colours import colour, ends
 from lensbench.app.bench.light_field_query import (
     DEEP, Look, Recording, epipolar, format_place, radiance, radiance_over_time, ray
 )
-from lensbench.app.bench.tone import develop
+from lensbench.app.bench.tone import colour, develop, ends
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph, toggles
 from lensbench.app.panels.light_field.capture_form import Form

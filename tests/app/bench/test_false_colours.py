@@ -10,7 +10,7 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench.app.bench.camera_kinds import camera
-from lensbench.app.bench.false_colours import NOTES, aov_codes, aov_note
+from lensbench.app.bench.tone import NOTES, aov_codes, aov_note
 from lensbench.app.command.main import main
 from lensbench.app.settings.setting_table import VIEWS
 from lensbench.app.settings.settings import Settings

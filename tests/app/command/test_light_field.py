@@ -9,7 +9,7 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench.app.bench.camera_kinds import camera
-from lensbench.app.bench.false_colours import depth_codes, ends
+from lensbench.app.bench.tone import depth_codes, ends
 from lensbench.app.command.main import main
 from lensbench.app.session.export import ExportError, read_settings
 from lensbench.app.session.recordings import load_light_field, save_light_field

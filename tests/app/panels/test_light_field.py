@@ -10,11 +10,10 @@ from imgui_bundle import imgui
 import lensbench as lb
 from lensbench.app.bench.camera_kinds import camera
 from lensbench.app.bench.constraints import with_longer_side
-from lensbench.app.bench.false_colours import depth_codes, depth_picture, ends
 from lensbench.app.bench.light_field_query import (
     Look, Recording, epipolar, radiance, radius, ray, with_aperture, with_view
 )
-from lensbench.app.bench.tone import decibels, develop
+from lensbench.app.bench.tone import decibels, depth_codes, depth_picture, develop, ends
 from lensbench.app.drawing.controls import chord
 from lensbench.app.session.export import read_settings
 from lensbench.app.session.recordings import load_light_field
