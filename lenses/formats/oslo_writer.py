@@ -15,7 +15,7 @@ from lensbench.lenses.glass import media
 from lensbench.lenses.tables import stations as configurations
 from lensbench.lenses.tables.paraxial import reference_wavelength
 from lensbench.lenses.tables.rows import radius_text
-from lensbench.lenses.tables.stations import Station, stations_of, with_gaps
+from lensbench.lenses.tables.stations import Station, placed, stations_of
 from lensbench.lenses.tables.system_text import WrittenSystem, with_working_f_number, written_system
 from lensbench.lenses.tables.text import LONGEST_NAME, is_number
 
@@ -55,8 +55,8 @@ def _with_beams(system: WrittenSystem, lens: Lens, stations: list[Station]) -> W
     if aperture is None or aperture.kind is not ApertureKind.PUPIL_DIAMETER:
         return system
     wavelength = reference_wavelength(lens.surfaces, system.data)
-    shares = [beam_share(with_gaps(lens.surfaces, list(s.gaps), list(s.gaps.values())), lens.stop_index, s.distance,
-                          wavelength) for s in stations or [Station({}, system.data.object_distances[0])]]
+    shares = [beam_share(placed(lens.surfaces, station), lens.stop_index, station.distance, wavelength)
+              for station in stations or [Station({}, system.data.object_distances[0])]]
     values = aperture.values if len(aperture.values) == len(shares) else aperture.values[:1] * len(shares)
     beams = tuple(value * share for value, share in zip(values, shares, strict=True))
     return replace(system, aperture=replace(aperture, values=beams if len(set(beams)) > 1 else beams[:1]))

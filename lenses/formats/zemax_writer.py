@@ -15,7 +15,7 @@ from lensbench.lenses.glass import media
 from lensbench.lenses.tables import stations as configurations
 from lensbench.lenses.tables.axes import angles, axes_at, body, gap_on_axes, lead
 from lensbench.lenses.tables.rows import radius_text
-from lensbench.lenses.tables.stations import Station, stations_of, with_gaps
+from lensbench.lenses.tables.stations import Station, placed, stations_of
 from lensbench.lenses.tables.system_text import written_system
 
 Row = tuple[str, int, list[float]]              # of the configurations: a quantity, its surface, its values
@@ -80,8 +80,7 @@ def write(lens: Lens) -> tuple[str, list[Finding]]:
 
 def _placed(lens: Lens, stations: list[Station]) -> list[Lens]:
     """The lens with the gaps of each position."""
-    return [replace(lens, surfaces=tuple(with_gaps(lens.surfaces, [*station.gaps], [*station.gaps.values()])))
-            for station in stations]
+    return [replace(lens, surfaces=tuple(placed(lens.surfaces, station))) for station in stations]
 
 
 def _moved_sideways(lens: Lens, stations: list[Station]) -> int | None:
@@ -129,8 +128,8 @@ def _configuration_lines(lens: Lens, stations: list[Station], aperture: Aperture
 
 def _along_axes(lens: Lens, stations: list[Station], rows: list[Row], number_of: list[int]) -> list[Row]:
     """The rows of the configurations by the numbers of the file, with all ways along its axes that vary."""
-    placed = _placed(lens, stations)
-    ways, leads = [_ways(placement)[0] for placement in placed], [lead(placement, 0) for placement in placed]
+    placements = _placed(lens, stations)
+    ways, leads = [_ways(lens)[0] for lens in placements], [lead(lens, 0) for lens in placements]
     rows_on_axes = [row for row in rows if row[0] == "aperture"]
     rows_on_axes += [("gap", k, values) for k in ways[0]
                      if np.ptp(values := [placement[k] for placement in ways]) > ROUNDING]

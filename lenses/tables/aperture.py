@@ -25,7 +25,7 @@ from lensbench.core.text import significant
 from lensbench.lenses.file_error import RowError
 from lensbench.lenses.tables.paraxial import FAR, index_of, ray
 from lensbench.lenses.tables.rows import WIDEST_STOP, check_sizes, widest_other
-from lensbench.lenses.tables.stations import Station, with_gaps
+from lensbench.lenses.tables.stations import Station, placed
 
 SAME = 1e-7             # share of a radius: rounding of a stop that is written and read again
 PRINTED = 2e-4          # share of a radius: rounding of a clear aperture in a file
@@ -161,7 +161,7 @@ def with_stated_aperture(lens: Lens, stations: list[Station],
     surfaces[stop] = replace(lens.stop, semi_diameter=radius)
     made = []
     for station in stations:
-        moved = with_gaps(lens.surfaces, list(station.gaps), list(station.gaps.values()))
+        moved = placed(lens.surfaces, station)
         size = sized(moved, value if station.aperture is None else station.aperture, station.distance,
                      rim if station.stop is None else station.stop)
         made.append(replace(station, stop=station.stop if size == radius and station.stop is None else size))

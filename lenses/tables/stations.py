@@ -119,6 +119,11 @@ def with_gaps(surfaces: Sequence[Any], gaps: Sequence[int], thicknesses: Sequenc
     return moved
 
 
+def placed(surfaces: Sequence[Any], station: Station) -> list[Any]:
+    """The surfaces of a lens, or rows of a file, with the gaps of a configuration."""
+    return with_gaps(surfaces, list(station.gaps), list(station.gaps.values()))
+
+
 def with_stations(lens: Lens, stations: list[Station]) -> tuple[Lens, list[Finding]]:
     """The lens with the positions of a file's configurations, at the first position; and findings.
 

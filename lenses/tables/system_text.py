@@ -17,7 +17,7 @@ from lensbench.core.optics.system import LENGTHS, Aperture, ApertureKind, FieldK
 from lensbench.core.text import significant
 from lensbench.lenses.tables.aperture import SAME, f_number_kind, pupil_diameter, stop_radius
 from lensbench.lenses.tables.paraxial import ray, reference_wavelength
-from lensbench.lenses.tables.stations import Station, one_if_equal, with_gaps
+from lensbench.lenses.tables.stations import Station, one_if_equal, placed
 
 MOST = 7                # numbers of a row; of more, the ends are given
 
@@ -117,9 +117,8 @@ def written_system(lens: Lens, stations: Sequence[Station], holds: Holds) -> Wri
     now = 0
     if positions is not None and not stations:
         now = positions.zoom_stations.index(positions.zoom) if positions.zoom in positions.zoom_stations else -1
-    cases = [(with_gaps(lens.surfaces, list(s.gaps), list(s.gaps.values())), s.stop or lens.stop.semi_diameter,
-              s.distance) for s in stations] or [(list(lens.surfaces), lens.stop.semi_diameter,
-                                                  data.object_distances[max(now, 0) % len(data.object_distances)])]
+    cases = [(placed(lens.surfaces, station), station.stop or lens.stop.semi_diameter, station.distance)
+             for station in stations or [Station({}, data.object_distances[max(now, 0) % len(data.object_distances)])]]
     data = replace(data, object_distances=(cases[0][2],))
     if stated is not None:
         values = stated.values if len(stated.values) == zooms else stated.values[:1] * zooms
