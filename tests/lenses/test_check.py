@@ -11,7 +11,7 @@ from tests.lenses.published import published
 from tests.lenses.test_position_table import lenses_with_positions
 from tests.library import EVERY
 
-MOVING = [each for each in EVERY if lenses.load(each if isinstance(each, str) else each.values[0]).positions]
+MOVING = [name for name in EVERY if lenses.load(name if isinstance(name, str) else name.values[0]).positions]
 
 # What each published table with an error in it must be found out by
 SUSPECTS = {

@@ -32,8 +32,8 @@ distances = [[inf, 900], [inf, 900]]
 3 = [[104.0, 110], [160, 163.5]]
 """
 
-places = st.lists(st.floats(0.01, 0.99), max_size=3, unique=True).map(sorted)
-ends = places.map(lambda inside: (0.0, *inside, 1.0)) | st.just((0.0,))
+inner_positions = st.lists(st.floats(0.01, 0.99), max_size=3, unique=True).map(sorted)
+ends = inner_positions.map(lambda inside: (0.0, *inside, 1.0)) | st.just((0.0,))
 lengths = st.floats(-1e3, 1e3)
 positive = st.floats(1e-3, 1e4)
 

@@ -74,7 +74,7 @@ def test_a_picture_without_a_file_is_written_to_sixteen_bits(tmp_path):
     assert read.name == "made-stop.png" and np.abs(read.grid - image.grid).max() < 2e-5
 
 
-@pytest.mark.parametrize("suffix", [each for each in lenses.WRITERS if each != ".toml"])
+@pytest.mark.parametrize("suffix", [name for name in lenses.WRITERS if name != ".toml"])
 def test_every_other_format_names_the_loss(pictured, tmp_path, suffix):
     lost = lenses.save(lenses.load(pictured), tmp_path / f"lens{suffix}")
     assert sum("the picture in the stop is left out" in str(remark) for remark in lost) == 1

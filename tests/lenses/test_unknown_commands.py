@@ -52,28 +52,28 @@ RAYOPTICS = {
     "field": (*SPEC, "field_of_view", "attributes", "fields", 0, "attributes")}
 
 
-def with_command(place, command):
+def with_command(section, command):
     """A sample with a command behind a line."""
-    sample, line, written = TEXT[place]
+    sample, line, written = TEXT[section]
     text = (DATA / sample).read_text()
     assert f"\n{line}\n" in text
     return sample, text.replace(f"\n{line}\n", f"\n{line}\n{written.format(command)}\n", 1)
 
 
-@pytest.mark.parametrize("place", TEXT)
-def test_an_unknown_command_refuses_the_file_by_name(tmp_path, place):
-    sample, text = with_command(place, "QWXZ")
+@pytest.mark.parametrize("section", TEXT)
+def test_an_unknown_command_refuses_the_file_by_name(tmp_path, section):
+    sample, text = with_command(section, "QWXZ")
     error = refusal(tmp_path, sample, text)
     assert "QWXZ" in error.reason and "is not understood, and may change the lens" in error.reason
     assert text.split("\n")[error.line - 1].split()[0].lstrip("#!").startswith("QWXZ")
 
 
-@pytest.mark.parametrize("place", HARMLESS)
-def test_harmless_commands_change_nothing(tmp_path, place):
-    for command in sorted(HARMLESS[place]):
+@pytest.mark.parametrize("section", HARMLESS)
+def test_harmless_commands_change_nothing(tmp_path, section):
+    for command in sorted(HARMLESS[section]):
         if command == "RDM":                        # it says that numbers are radii, as they are here
             continue
-        sample, text = with_command(place, command)
+        sample, text = with_command(section, command)
         whole = lenses.load(DATA / sample)
         lens = loaded(tmp_path, sample, text)
         assert lens == whole and lens.findings == whole.findings, command
@@ -146,6 +146,6 @@ def test_the_page_lists_every_harmless_command():
     section = PAGE.read_text(encoding="utf-8").partition("## What is passed over")[2].partition("\n## ")[0]
     named = set(re.findall(r"[\w.]+", section))
     lists = [*HARMLESS.values(), *(harmless for _, _, harmless in OBJECTS), oslo.BLOCKS,
-             *(each[1] for read in (optiland.READ, rayoptics.READ) for each in read.values())]
+             *(entry[1] for read in (optiland.READ, rayoptics.READ) for entry in read.values())]
     missing = sorted({word for words in lists for word in words} - named)
     assert not missing

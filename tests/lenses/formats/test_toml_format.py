@@ -45,7 +45,7 @@ sides = st.floats(1e-3, 1e3)
 texts = st.text(st.characters(codec="utf-8"), max_size=20)
 glasses = st.just(AIR) | st.builds(Glass, st.floats(1.0, 4.0), st.none() | st.floats(1.0, 120.0), texts)
 curvatures = st.just(0.0) | st.floats(1e-12, 1e5) | st.floats(-1e5, -1e-12)
-terms = st.dictionaries(st.integers(2, 20), st.floats(-1.0, 1.0), max_size=4).map(lambda found: tuple(found.items()))
+terms = st.dictionaries(st.integers(2, 20), st.floats(-1.0, 1.0), max_size=4).map(lambda terms: tuple(terms.items()))
 surfaces = (st.builds(Surface, lengths, st.floats(1e-6, 1e6), glasses, curvature=curvatures)
             | st.builds(Surface, lengths, st.floats(1e-6, 1e6), glasses, st.floats(-20.0, 20.0), terms,
                         curvature=curvatures)

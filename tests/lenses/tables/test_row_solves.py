@@ -176,10 +176,10 @@ def test_zemax_values_that_contradict_their_solves_are_named(right, wrong):
 
 
 def test_a_solve_that_cannot_be_checked_is_named():
-    (found,) = zemax(-C0, solve="EDGE 1 0")
-    assert "EDGE) that cannot be checked" in str(found)
-    (found,) = zemax(-C0, solve="MAZH 0 0.7")            # of a real ray
-    assert "cannot be checked" in str(found)
+    (doubt,) = zemax(-C0, solve="EDGE 1 0")
+    assert "EDGE) that cannot be checked" in str(doubt)
+    (doubt,) = zemax(-C0, solve="MAZH 0 0.7")            # of a real ray
+    assert "cannot be checked" in str(doubt)
 
 
 def test_a_picked_up_glass_must_be_that_of_its_surface(tmp_path):
