@@ -4,7 +4,7 @@ Uses moderngl, and no part of the window. Textures hold the picture's first row 
 upright. The picture's alpha is the distance (mm) before the film of the object that a pixel sees; the shaders derive
 from it how far the object is out of focus.
 
-Passes into textures beside the window, one after the other where a processor draws.
+Passes into textures other than the window, one after the other where a processor draws.
 
 Mesa's llvmpipe collects the draw calls of a target in a scene, and takes the first of its scenes that is done for the
 next target. A scene that is never taken again stays tied to its target, and so each frame that shows this texture waits
@@ -83,7 +83,7 @@ Rgb = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Development:
-    """All that the shaders need beside the picture; two equal ones give the same screen."""
+    """All that the shaders need with the picture; two equal ones give the same screen."""
 
     exposure: float = 0.0
     tone: str = "filmic"
@@ -114,10 +114,10 @@ class _Target:
 class Screen:
     """Holds the textures of one picture in one GL context (3.3 core or later)."""
 
-    def __init__(self, context: moderngl.Context, beside: "Screen | None" = None):
-        """beside: another screen of the context, whose shaders it shares; a processor that draws holds 1.6 MB each."""
+    def __init__(self, context: moderngl.Context, sharing: "Screen | None" = None):
+        """sharing: another screen of the context, whose shaders it shares; a processor that draws holds 1.6 MB each."""
         self._context = context
-        self._programs: dict[tuple[str, ...], moderngl.VertexArray] = {} if beside is None else beside._programs
+        self._programs: dict[tuple[str, ...], moderngl.VertexArray] = {} if sharing is None else sharing._programs
         self._picture: moderngl.Texture | None = None
         self._texels = np.zeros((0, 0, 4), np.float32)      # of the picture, on their way,
         self._colours = np.zeros(0, RGB)                    # and their first three numbers

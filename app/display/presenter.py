@@ -96,14 +96,14 @@ class Presenter:
         Figures follow the picture; a note that the user has dismissed does not come back with other figures.
         """
         # Not the text where it has figures: these change while the camera is dragged
-        found: dict[Any, str] = {(each.kind if each.figures else each.message): each.message[:1].upper()
-                                 + each.message[1:] for each in update.findings}
-        stale = {text for key, text in self._said.items() if found.get(key) != text} & set(view.messages)
+        findings: dict[Any, str] = {(finding.kind if finding.figures else finding.message): finding.message[:1].upper()
+                                    + finding.message[1:] for finding in update.findings}
+        stale = {text for key, text in self._said.items() if findings.get(key) != text} & set(view.messages)
         view.notices.forget(lambda notice: notice.text in stale)
-        for key, text in found.items():
+        for key, text in findings.items():
             if key not in self._said or self._said[key] in stale:
                 view.say(text, note=True)
-        self._said = found
+        self._said = findings
 
     def applied_exposure(self, settings: Settings) -> AppliedExposure | None:
         """The exposure of the picture in figures; None before the first picture."""
@@ -140,13 +140,13 @@ class Presenter:
         self._solid_view = self._solid_view or SolidView(moderngl.get_context())
         return self._solid_view.picture(drawing, size)
 
-    def pin(self, present: Settings) -> bool:
-        """Keep the shown picture as A, exposed and tone-mapped by `present`; False if there is none yet."""
+    def pin(self, current: Settings) -> bool:
+        """Keep the shown picture as A, exposed and tone-mapped by `current`; False if there is none yet."""
         if self.shown is None or self._screen is None:
             return False
-        settings = replace(self.shown.settings, **{name: getattr(present, name) for name in RESTARTS_NOTHING})
+        settings = replace(self.shown.settings, **{name: getattr(current, name) for name in RESTARTS_NOTHING})
         shown = self.shown if self.shown.plain is None else self.shown._replace(image=self.shown.plain)
-        self._keep(shown._replace(settings=settings, image=_light(shown, present)))
+        self._keep(shown._replace(settings=settings, image=_light(shown, current)))
         return True
 
     def repin(self, update: RenderUpdate, settings: Settings) -> None:
@@ -210,10 +210,12 @@ class Presenter:
         if view.histogram:
             tone = (settings.exposure, "raw" if update.raw else settings.tone, settings.noise)
             shares = self._histogram.of((of, tone), lambda: histogram(self.light, *tone))
-        if self.field_picture is not None:
+        field = self.field_picture
+        if field is not None:
             return Picture(texture, screen.size, update.samples, update.seconds, histogram=shares, pinned=pinned,
-                           difference=difference, recorded=update.settings, note=_note(self.field_picture),
-                           light=light, applied=applied, off_meter=off_meter)
+                           difference=difference, recorded=update.settings, light=light,
+                           note=note(field.recording, field.look, field.has_depth),
+                           applied=applied, off_meter=off_meter)
         return Picture(texture, screen.size, update.samples, update.seconds, self._worker.paused, waiting, False,
                        self.depth(settings), shares, pinned, difference, light=light, applied=applied,
                        around=around, off_meter=off_meter)
@@ -248,11 +250,11 @@ class Presenter:
         """The depth map that the shaders need: for overlays, and to hide the noise of the first passes."""
         if self._deep is None or self.field_picture is not None or update.raw:
             return None
-        wanted = self._softening(update) > 0.0 or settings.overlay in ("coc", "peaking")
-        return self._deep.depth if wanted else None
+        is_needed = self._softening(update) > 0.0 or settings.overlay in ("coc", "peaking")
+        return self._deep.depth if is_needed else None
 
     def _development(self, settings: Settings, view: View, update: RenderUpdate, deep: bool) -> Development:
-        """Input of the shaders: the tone of the present settings, the blur of the picture's own settings."""
+        """Input of the shaders: the tone of the current settings, the blur of the picture's own settings."""
         if update.raw:
             return Development(0.0, "raw")
         if self.field_picture is not None:
@@ -266,10 +268,6 @@ class Presenter:
     def _softening(self, update: RenderUpdate) -> float:
         """The share of the softening; 0 where a processor draws, which takes longer for it than for a picture."""
         return 0.0 if self.software else softening(update.samples)
-
-
-def _note(shown: FieldPicture) -> str:
-    return note(shown.recording, shown.look, shown.has_depth)
 
 
 def _apart(a: NDArray[np.float32], b: NDArray[np.float32]) -> NDArray[np.float32]:
@@ -304,8 +302,8 @@ def _first_mark(update: RenderUpdate) -> Mark | None:
     sums = np.pad(np.pad(sharp, half).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
     side = 2 * half + 1
     around = (sums[y + side, x + side] - sums[y, x + side] - sums[y + side, x] + sums[y, x]) / side**2
-    at = int(np.argmax(around - off - 1e3 * (off > OFF_CENTRE)))
-    return Mark((x[at] + 0.5) / columns, (y[at] + 0.5) / rows, focus, update.settings.aim)
+    nearest = int(np.argmax(around - off - 1e3 * (off > OFF_CENTRE)))
+    return Mark((x[nearest] + 0.5) / columns, (y[nearest] + 0.5) / rows, focus, update.settings.aim)
 
 
 def save_window(path: Path, size: tuple[int, int]) -> None:

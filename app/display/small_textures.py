@@ -69,10 +69,10 @@ class SmallTextures:
 
     def begin_frame(self) -> None:
         """Release textures of pictures that are gone; if all hold more than MOST_KEPT, those not shown for longest."""
-        held = sum(_size(texture) for _, texture in self._textures.values())
+        size = sum(_size(texture) for _, texture in self._textures.values())
         for name, (_, texture) in list(self._textures.items()):
-            if name not in self._pictures or held > MOST_KEPT and name not in self._shown:
-                held -= _size(texture)
+            if name not in self._pictures or size > MOST_KEPT and name not in self._shown:
+                size -= _size(texture)
                 self._release(name)
         self._shown.clear()
 
@@ -118,9 +118,9 @@ class MapPictures:
         name: of the map.
         """
         self._drawn[name] = picture
-        found = self._textures.of(name)
-        assert found is not None
-        return found[0]
+        texture_and_size = self._textures.of(name)
+        assert texture_and_size is not None
+        return texture_and_size[0]
 
 
 def _size(texture: moderngl.Texture) -> int:

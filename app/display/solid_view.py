@@ -139,18 +139,19 @@ class SolidView:
         return float(np.linalg.norm(points.mean(0) - self._frames[solid.of_world][1])) if len(points) else 0.0
 
     def _draw_solid(self, solid: Solid) -> None:
-        part = solid.part
-        if not len(part.points):
+        shape = solid.part
+        if not len(shape.points):
             return
-        if part not in self._arrays:
-            data = np.hstack([part.points, part.normals]).astype("f4")
+        if shape not in self._arrays:
+            data = np.hstack([shape.points, shape.normals]).astype("f4")
             buffer = self._context.buffer(data.tobytes())
-            self._arrays[part] = self._context.vertex_array(self._solid, [(buffer, "3f 3f", "point", "normal")]), buffer
+            layout = [(buffer, "3f 3f", "point", "normal")]
+            self._arrays[shape] = self._context.vertex_array(self._solid, layout), buffer
         matrix, eye, light = self._frames[solid.of_world]
         _uniform(self._solid, "clip_from_local").write(matrix)
         for name, value in (("eye", eye), ("light", light), ("tint", solid.tint), ("rim", solid.rim)):
             _uniform(self._solid, name).value = value
-        self._arrays[part][0].render(moderngl.TRIANGLES)
+        self._arrays[shape][0].render(moderngl.TRIANGLES)
 
     def _draw_line(self, line: Line) -> None:
         pieces = line.strokes.pieces
@@ -180,6 +181,6 @@ class SolidView:
 
 def _uniform(program: moderngl.Program, name: str) -> moderngl.Uniform:
     """A parameter of a shader."""
-    found = program[name]
-    assert isinstance(found, moderngl.Uniform)
-    return found
+    uniform = program[name]
+    assert isinstance(uniform, moderngl.Uniform)
+    return uniform

@@ -1,6 +1,6 @@
 """Small controls: key chords, numbers, toggles, padlocks, lists and paragraphs."""
 
-from collections.abc import Callable, Hashable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import reduce
 from operator import or_
@@ -38,7 +38,7 @@ GAP = 0.75                      # em between groups
 KEPT = 1.9                      # em at the right, for the button of the panel's menu
 
 
-def beside(width: float) -> None:
+def same_row_if_room(width: float) -> None:
     """Put the next group into the row of the last item if `width` em of it fit there, else into a new row."""
     right = imgui.get_cursor_screen_pos().x + imgui.get_content_region_avail().x - theme.em(KEPT)
     if imgui.get_item_rect_max().x + theme.em(GAP + width) <= right:
@@ -90,14 +90,14 @@ def check_box(name: str, on: bool) -> bool:
         return imgui.checkbox(name, on)[1]
 
 
-def one_of(title: str, names: dict[str, str], tips: dict[str, str], present: str) -> str:
+def one_of(title: str, names: dict[str, str], tips: dict[str, str], current: str) -> str:
     """A radio button for each choice, with its tooltip; returns the key of the chosen one."""
     imgui.text_disabled(title)
     for key, name in names.items():
-        if radio(name, key == present):
-            present = key
+        if radio(name, key == current):
+            current = key
         imgui.set_item_tooltip(tips[key])
-    return present
+    return current
 
 
 LEAVES = {"film": "this film", "aperture": "this f-number",
@@ -107,11 +107,11 @@ TAKES = {"film": "switches to the format it was designed for", "aperture": "open
 
 
 def padlock(name: str, locked: set[str], corner: ImVec2) -> None:
-    """Draw the padlock with its upper left corner there, beside an item that has been drawn; a click changes `locked`.
+    """Draw the padlock with its upper left corner there, next to an item that has been drawn; a click changes `locked`.
 
     name: "film", "aperture" or "focus".
     """
-    colour, is_locked, here = theme.colours(), name in locked, imgui.get_cursor_screen_pos()
+    colour, is_locked, cursor = theme.colours(), name in locked, imgui.get_cursor_screen_pos()
     line = imgui.get_text_line_height()
     imgui.set_cursor_screen_pos(corner)
     if imgui.invisible_button(f"Lock {name}", ImVec2(theme.em(1.0), line)):
@@ -126,7 +126,7 @@ def padlock(name: str, locked: set[str], corner: ImVec2) -> None:
         ImVec2(round(corner.x + 0.5 * (theme.em(1.0) - size.x)), round(corner.y + 0.5 * (line - size.y))),
         theme.packed(ink), icon)
     imgui.pop_font()
-    imgui.set_cursor_screen_pos(here)
+    imgui.set_cursor_screen_pos(cursor)
 
 
 def paragraph(text: str, strong: bool = False) -> None:
@@ -136,10 +136,27 @@ def paragraph(text: str, strong: bool = False) -> None:
     imgui.pop_text_wrap_pos()
 
 
-def small_note(text: str) -> None:
-    """A dim paragraph in small text."""
+def warning(text: str, width: float = 0.0) -> None:
+    """Text in the colour of warnings, wrapped at the edge of the window or at a width in em."""
+    imgui.push_text_wrap_pos(theme.em(width))
+    imgui.text_colored(imgui.ImVec4(*theme.colours().warning), text)
+    imgui.pop_text_wrap_pos()
+
+
+def wrapped_tooltip(lines: Iterable[str], width: float = 30.0) -> None:
+    """A tooltip whose lines are wrapped at a width in em."""
+    if imgui.begin_tooltip():
+        imgui.push_text_wrap_pos(theme.em(width))
+        for line in lines:
+            imgui.text_unformatted(line)
+        imgui.pop_text_wrap_pos()
+        imgui.end_tooltip()
+
+
+def small_note(text: str, strong: bool = False) -> None:
+    """A paragraph in small text; dim, or strong."""
     theme.small()
-    paragraph(text)
+    paragraph(text, strong)
     imgui.pop_font()
 
 

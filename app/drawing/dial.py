@@ -233,13 +233,13 @@ def _fitting(scale: Scale, length: float, font_size: float) -> tuple[tuple[float
 
 def _ticks(scale: Scale, left: float, length: float, apart: float) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Whole pixels of the long ticks, which may have figures, and of the short ones, `apart` from all others."""
-    def place(of: float) -> float:
+    def column(of: float) -> float:
         return math.floor(left + scale.to_unit(of) * length)
 
-    long = [place(figure) for figure, _ in scale.figures]
+    long = [column(figure) for figure, _ in scale.figures]
     taken = list(long)
     for minor in scale.minor:
-        x = place(minor)
+        x = column(minor)
         if all(abs(x - other) >= apart for other in taken):
             taken.append(x)
     return tuple(long), tuple(taken[len(long):])
@@ -277,7 +277,7 @@ def _draw_bar(state: DialState, item: int, draw: imgui.ImDrawList, corner: ImVec
     rounding = imgui.get_style().frame_rounding
     weight = _weight(pixel)
 
-    def place(of: float) -> float:
+    def column(of: float) -> float:
         return math.floor(corner.x + margin + scale.to_unit(of) * length)
 
     draw.add_rect_filled(corner, end, theme.packed(colour.frame_hovered if lit else colour.frame), rounding)
@@ -285,7 +285,7 @@ def _draw_bar(state: DialState, item: int, draw: imgui.ImDrawList, corner: ImVec
         draw.add_rect(corner, end, theme.packed(colour.dim), rounding)
     if zone is not None:
         near, far = (min(max(edge, scale.low), scale.high) for edge in zone)
-        near_x, far_x = place(near), place(far)
+        near_x, far_x = column(near), column(far)
         middle, half = 0.5 * (near_x + far_x), max(0.5 * (far_x - near_x), 1.5 * pixel)
         draw.add_rect_filled(ImVec2(middle - half, corner.y), ImVec2(middle + half, end.y),
                              theme.packed(colour.amber, 0.32))
@@ -298,7 +298,7 @@ def _draw_bar(state: DialState, item: int, draw: imgui.ImDrawList, corner: ImVec
 
     # The triangle hangs from the upper edge, with the index line below it
     mark = theme.packed(colour.amber if scale.amber else colour.strong)
-    x, half, depth = place(value) + 0.5 * weight, 5.0 * pixel, 7.0 * pixel
+    x, half, depth = column(value) + 0.5 * weight, 5.0 * pixel, 7.0 * pixel
     y = corner.y - pixel
     line = max(2.0, round(2.0 * pixel)) if weight > 1.0 else 2.0
     index = math.floor(x - 0.5 * line + 0.5)

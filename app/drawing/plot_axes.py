@@ -23,9 +23,9 @@ def simplified(points: NDArray[np.float64]) -> NDArray[np.float64]:
     for _ in range(ROUNDS):
         if len(points) < 5:
             return points
-        before, at, after = points[0:-2:2], points[1:-1:2], points[2::2]
-        chord, part = after - before, at - before
-        off = np.abs(chord[:, 0] * part[:, 1] - chord[:, 1] * part[:, 0])
+        before, middle, after = points[0:-2:2], points[1:-1:2], points[2::2]
+        chord, arm = after - before, middle - before
+        off = np.abs(chord[:, 0] * arm[:, 1] - chord[:, 1] * arm[:, 0])
         needless = off <= TOLERANCE * np.hypot(chord[:, 0], chord[:, 1])
         keep = np.ones(len(points), bool)
         keep[1:-1:2] = ~needless
@@ -63,15 +63,15 @@ class PlotMap:
     @classmethod
     def current(cls, log: bool, log_y: bool | None = None, falling: bool = False) -> "PlotMap":
         """The plot between begin_plot and end_plot; falling: its horizontal axis is inverted."""
-        limits, at, size = implot.get_plot_limits(), implot.get_plot_pos(), implot.get_plot_size()
+        limits, corner, size = implot.get_plot_limits(), implot.get_plot_pos(), implot.get_plot_size()
         ends = np.array([limits.x.min, limits.x.max, limits.y.min, limits.y.max])
-        for part, is_log in ((ends[:2], log), (ends[2:], log if log_y is None else log_y)):
+        for interval, is_log in ((ends[:2], log), (ends[2:], log if log_y is None else log_y)):
             if is_log:
-                part[:] = np.log10(np.maximum(part, TINY))
+                interval[:] = np.log10(np.maximum(interval, TINY))
         x0, x1, y0, y1 = (float(v) for v in ends)
         if falling:
             x0, x1 = x1, x0
-        return cls(at.x, at.y, at.x + size.x, at.y + size.y, x0, x1, y0, y1, log, log_y)
+        return cls(corner.x, corner.y, corner.x + size.x, corner.y + size.y, x0, x1, y0, y1, log, log_y)
 
     def pixels(self, x, y) -> np.ndarray:
         """Arrays (n,) of plot coordinates to (n, 2) pixels."""
@@ -84,9 +84,9 @@ class PlotMap:
             y = np.log10(np.maximum(y, TINY))
         px = self.left + (x - self.x0) / (self.x1 - self.x0) * (self.right - self.left)
         py = self.bottom - (y - self.y0) / (self.y1 - self.y0) * (self.bottom - self.top)
-        found = np.empty((*px.shape, 2))
-        found[..., 0], found[..., 1] = px, py
-        return np.minimum(np.maximum(found, -FAR), FAR)
+        points = np.empty((*px.shape, 2))
+        points[..., 0], points[..., 1] = px, py
+        return np.minimum(np.maximum(points, -FAR), FAR)
 
     def at(self, x: float, y: float) -> ImVec2:
         """One point."""
@@ -111,20 +111,20 @@ class PlotMap:
 
 def pieces(points: np.ndarray, on: float = 0.0, off: float = 0.0) -> list[list[ImVec2]]:
     """The parts of a curve through pixels (n, 2): its unbroken runs, or dashes of `on` pixels with gaps of `off`."""
-    found: list[list] = []
+    runs: list[list] = []
     for run in _runs(points):
         if on <= 0.0:
-            found.append(run.tolist())
+            runs.append(run.tolist())
             continue
         lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(run, axis=0).T))])
         starts = (on + off) * np.arange(min(int(lengths[-1] / (on + off)) + 1, 2000))
         ends = np.minimum(starts + on, lengths[-1])
-        corners = [np.interp(marks, lengths, part).tolist() for marks in (starts, ends) for part in run.T]
+        corners = [np.interp(marks, lengths, coordinate).tolist() for marks in (starts, ends) for coordinate in run.T]
         inner, points = np.searchsorted(lengths, starts, "right"), run.tolist()
         beyond = np.searchsorted(lengths, ends, "left")
-        found += [[(x0, y0), *points[i:j], (x1, y1)]
-                  for x0, y0, x1, y1, i, j in zip(*corners, inner.tolist(), beyond.tolist(), strict=True)]
-    return [[ImVec2(x, y) for x, y in piece] for piece in found]
+        runs += [[(x0, y0), *points[i:j], (x1, y1)]
+                 for x0, y0, x1, y1, i, j in zip(*corners, inner.tolist(), beyond.tolist(), strict=True)]
+    return [[ImVec2(x, y) for x, y in piece] for piece in runs]
 
 
 def _runs(points: np.ndarray) -> list[np.ndarray]:
@@ -135,11 +135,11 @@ def _runs(points: np.ndarray) -> list[np.ndarray]:
     return [points[a:b] for a, b in zip(ends[::2], ends[1::2], strict=True) if b - a > 1]
 
 
-def text(draw: imgui.ImDrawList, at: ImVec2, colour: theme.Colour, words: str, right: bool = False,
+def text(draw: imgui.ImDrawList, corner: ImVec2, colour: theme.Colour, words: str, right: bool = False,
          plate: bool = False) -> None:
     """Text on whole pixels. at: its upper left corner, or the upper right one; plate: it hides the lines below."""
     size = imgui.calc_text_size(words)
-    x, y = floor((at.x - size.x if right else at.x) + 0.5), floor(at.y + 0.5)
+    x, y = floor((corner.x - size.x if right else corner.x) + 0.5), floor(corner.y + 0.5)
     if plate:
         pad = theme.scale()
         draw.add_rect_filled(ImVec2(x - 2.0 * pad, y + pad), ImVec2(x + size.x + 2.0 * pad, y + size.y),
@@ -157,7 +157,7 @@ def linear_ticks(low: float, high: float, pixels: float, room: float,
     """
     least = max(abs(high - low) * max(room / max(pixels, 1.0), 0.02), 0.0 if whole is None else 1.0)
     decade = 10.0 ** floor(np.log10(max(least, 1e-300)))
-    steps = [decade * part for part in (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1) if whole is None or decade * part >= 1.0]
+    steps = [decade * x for x in (10.0, 5.0, 2.0, 1.0, 0.5, 0.2, 0.1) if whole is None or decade * x >= 1.0]
     fitting = [step for step in steps if step >= least]
     step = next((step for step in (fitting[-1], *steps[len(fitting):]) if len(_multiples(step, low, high)) > 1),
                 fitting[-1])

@@ -108,8 +108,8 @@ def _pixels(shown: PlotMap, curve: Curve) -> np.ndarray:
         pixels = shown.pixels(curve.x, curve.y)
         beyond = np.column_stack([pixels < (shown.left - MARGIN, shown.top - MARGIN),
                                   pixels > (shown.right + MARGIN, shown.bottom + MARGIN)])
-        seen = ~(beyond[:-1] & beyond[1:]).any(1)           # stretches that are not all on one side
-        pixels[~(np.append(seen, False) | np.append(False, seen))] = np.nan
+        visible = ~(beyond[:-1] & beyond[1:]).any(1)           # stretches that are not all on one side
+        pixels[~(np.append(visible, False) | np.append(False, visible))] = np.nan
         return pixels
     ends = np.column_stack([curve.x, curve.y])
     cut = within(shown, ends)
@@ -143,21 +143,22 @@ def within(shown: PlotMap, points: np.ndarray) -> np.ndarray:
     return points
 
 
-def draw_mark(draw: imgui.ImDrawList, shape: str, at: ImVec2, size: float, tint: int, clockwise: float = 0.0) -> None:
+def draw_mark(draw: imgui.ImDrawList, shape: str, centre: ImVec2, size: float, tint: int,
+              clockwise: float = 0.0) -> None:
     """A mark, `size` pixels from its middle to its border; shape and turn (radians): as of Points."""
     if shape == "ring":
-        draw.add_circle(at, size, tint, 0, 2.0 * theme.scale())
+        draw.add_circle(centre, size, tint, 0, 2.0 * theme.scale())
     elif shape == "circle":
-        draw.add_circle_filled(at, size, tint)
+        draw.add_circle_filled(centre, size, tint)
     elif shape in ARMS:
         for turn in (ARMS[shape], ARMS[shape] + 0.5):
             arm = size * np.exp(1j * np.pi * turn)
-            draw.add_line(ImVec2(at.x - arm.real, at.y - arm.imag), ImVec2(at.x + arm.real, at.y + arm.imag), tint,
-                          2.0 * theme.scale())
+            draw.add_line(ImVec2(centre.x - arm.real, centre.y - arm.imag),
+                          ImVec2(centre.x + arm.real, centre.y + arm.imag), tint, 2.0 * theme.scale())
     else:
         count, turn = CORNERS[shape]
         corners = 1.2 * size * np.exp(1j * (clockwise + np.pi * (turn + 2.0 * np.arange(count) / count)))
-        draw.add_convex_poly_filled([ImVec2(at.x + corner.real, at.y + corner.imag) for corner in corners], tint)
+        draw.add_convex_poly_filled([ImVec2(centre.x + c.real, centre.y + c.imag) for c in corners], tint)
 
 
 def draw_points(points: Points) -> None:
@@ -213,10 +214,10 @@ class Words:
         One above its place is moved up over those before it that it would touch.
         """
         shown, pad, size = self._shown, self._pad, imgui.calc_text_size(label.text)
-        at = shown.at(label.x, label.y)
-        if not (shown.left <= at.x <= shown.right and shown.top <= at.y <= shown.bottom):
+        point = shown.at(label.x, label.y)
+        if not (shown.left <= point.x <= shown.right and shown.top <= point.y <= shown.bottom):
             return
-        x, y = _corner(label.side, at, size, pad, 0.0)
+        x, y = _corner(label.side, point, size, pad, 0.0)
         x, y = max(min(x, shown.right - size.x - pad), shown.left + pad), max(min(y, shown.bottom - size.y), shown.top)
         if label.side.split()[-1] == "above":
             for left, right, top in self._above:
@@ -229,9 +230,9 @@ class Words:
     def about(self, draw: imgui.ImDrawList, label: Label) -> None:
         """Words about a mark: on their own side of it, else on the first that is free; lines may run below them."""
         shown, pixel = self._shown, theme.scale()
-        at, size = self._shown.at(label.x, label.y), imgui.calc_text_size(label.text)
+        point, size = self._shown.at(label.x, label.y), imgui.calc_text_size(label.text)
         sides = (label.side, *(side for side in SIDES if side != label.side))
-        corners = ((*_corner(side, at, size, away * pixel, away * pixel), side) for away in AWAY for side in sides)
+        corners = ((*_corner(side, point, size, away * pixel, away * pixel), side) for away in AWAY for side in sides)
         self._first_free(draw, label.text, label.tint, (
             (min(max(x, shown.left + pixel), shown.right - size.x - pixel) if side in ("above", "below") else x, y)
             for x, y, side in corners), clear=False)
@@ -254,9 +255,9 @@ class Words:
                     corners: Iterator[tuple[float, float]], clear: bool = True) -> None:
         """Write words at the first corner where they touch nothing; clear: of lines, too."""
         size = imgui.calc_text_size(words)
-        found = next((corner for corner in corners if self._is_free(*corner, size, clear)), None)
-        if found is not None:
-            self._write(draw, words, tint, ImVec2(*found))
+        free = next((corner for corner in corners if self._is_free(*corner, size, clear)), None)
+        if free is not None:
+            self._write(draw, words, tint, ImVec2(*free))
 
     def _is_free(self, x: float, y: float, size: ImVec2, clear: bool) -> bool:
         """Whether a text with this corner lies in the plot and touches nothing."""
@@ -280,11 +281,11 @@ class Words:
         text(draw, corner, ink(tint), words, plate=True)
 
 
-def _corner(side: str, at: ImVec2, size: ImVec2, pad: float, rise: float) -> tuple[float, float]:
+def _corner(side: str, point: ImVec2, size: ImVec2, pad: float, rise: float) -> tuple[float, float]:
     """The upper left corner of a text on a side of a place, `pad` pixels next to it and `rise` above or below."""
     across, upright = side.split()[0], side.split()[-1]
-    x = {"right": at.x + pad, "left": at.x - size.x - pad}.get(across, at.x - 0.5 * size.x)
-    return x, {"above": at.y - size.y - rise, "below": at.y + rise}.get(upright, at.y - 0.5 * size.y)
+    x = {"right": point.x + pad, "left": point.x - size.x - pad}.get(across, point.x - 0.5 * size.x)
+    return x, {"above": point.y - size.y - rise, "below": point.y + rise}.get(upright, point.y - 0.5 * size.y)
 
 
 def _counted(points: np.ndarray, size: tuple[float, float]) -> NDArray[np.int64]:
@@ -303,7 +304,7 @@ def _dense(points: np.ndarray) -> np.ndarray:
         return points
     lengths = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(points, axis=0).T))])
     marks = np.linspace(0.0, lengths[-1], min(int(lengths[-1] / CELL) + 2, 4000))
-    return np.column_stack([np.interp(marks, lengths, part) for part in points.T])
+    return np.column_stack([np.interp(marks, lengths, coordinate) for coordinate in points.T])
 
 
 SHADES = 1024
@@ -343,13 +344,13 @@ def draw_map(name: str, draw: imgui.ImDrawList, shown: PlotMap, shades: Map, mem
         if lines and lines[0] and len(shades.levels) <= NAMED:
             value, stroke = significant(level, 2), lines[0][0]
             size = imgui.calc_text_size(value)
-            for part in VALUE_PLACES:
-                at = stroke[int(part * (len(stroke) - 1))]
-                inside = (shown.left <= at.x <= shown.right - size.x) and (shown.top <= at.y <= shown.bottom - size.y)
-                if inside and all(abs(at.x - x) > 0.5 * (size.x + wide) + 4.0 or abs(at.y - y) > size.y
+            for fraction in VALUE_PLACES:
+                point = stroke[int(fraction * (len(stroke) - 1))]
+                inside = shown.left <= point.x <= shown.right - size.x and shown.top <= point.y <= shown.bottom - size.y
+                if inside and all(abs(point.x - x) > 0.5 * (size.x + wide) + 4.0 or abs(point.y - y) > size.y
                                   for x, y, wide in taken):
-                    text(draw, ImVec2(at.x, at.y), theme.colours().text, value, plate=True)
-                    taken.append((at.x, at.y, size.x))
+                    text(draw, ImVec2(point.x, point.y), theme.colours().text, value, plate=True)
+                    taken.append((point.x, point.y, size.x))
                     break
 
 
@@ -362,14 +363,14 @@ def on_pixels(shades: Map, shown: PlotMap) -> tuple[np.ndarray, tuple[float, flo
     values, ends = shades.shades, shown.pixels(shades.x, shades.y)
     corners = [shades.x, shades.y]
     if not np.isnan(values).any():
-        for place, (start, end) in enumerate(ends.T.tolist()):
-            axis, size = 1 - place, abs(end - start)
-            count, (low, high) = values.shape[axis], corners[place]
+        for index, (start, end) in enumerate(ends.T.tolist()):
+            axis, size = 1 - index, abs(end - start)
+            count, (low, high) = values.shape[axis], corners[index]
             if count > size:
                 edges = round(start) + math.copysign(1.0, end - start) * np.arange(max(round(size), 1) + 1)
                 parts = (edges - start) / math.copysign(max(size, 1.0), end - start)
                 values = np.moveaxis(_averaged(np.moveaxis(values, axis, 0), parts * count), 0, axis)
-                corners[place] = low + float(parts[0]) * (high - low), low + float(parts[-1]) * (high - low)
+                corners[index] = low + float(parts[0]) * (high - low), low + float(parts[-1]) * (high - low)
     (left, right), (bottom, top) = corners
     return values[::-1], (left, bottom), (right, top)
 
@@ -394,8 +395,8 @@ def _colours(dark: bool, unknown: theme.Colour) -> NDArray[np.uint8]:
     """Colours (SHADES, 4) from the well of a plot to its strong colour, through the blue of glass; then `unknown`."""
     low, high = ((0.09, 0.10, 0.12), (0.93, 0.95, 0.97)) if dark else ((0.26, 0.30, 0.36), (0.98, 0.98, 0.98))
     middle = (0.27, 0.45, 0.62) if dark else (0.42, 0.62, 0.80)
-    part = np.linspace(0.0, 1.0, SHADES)
-    rows = [np.interp(part, (0.0, 0.5, 1.0), ends) for ends in zip(low, middle, high, strict=True)]
+    fractions = np.linspace(0.0, 1.0, SHADES)
+    rows = [np.interp(fractions, (0.0, 0.5, 1.0), ends) for ends in zip(low, middle, high, strict=True)]
     colours = np.vstack([np.column_stack([*rows, np.ones(SHADES)]), unknown])
     return np.round(255.0 * colours).astype(np.uint8)
 
@@ -412,13 +413,13 @@ def _contours(shades: Map, level: float) -> tuple[np.ndarray, ...]:
     return tuple(lines)
 
 
-def draw_cursor(draw: imgui.ImDrawList, shown: PlotMap, plot: Plot, at: tuple[float, float]) -> None:
+def draw_cursor(draw: imgui.ImDrawList, shown: PlotMap, plot: Plot, position: tuple[float, float]) -> None:
     """A thin line where curves are read."""
     if plot.x.label is None or plot.equal or not any(isinstance(layer, Curve) and layer.name for layer in plot.layers):
         return
-    place, tint = shown.at(*at), theme.packed(theme.colours().faint)
-    ends = (ImVec2(shown.left, place.y), ImVec2(shown.right, place.y)) if plot.across else \
-        (ImVec2(place.x, shown.top), ImVec2(place.x, shown.bottom))
+    point, tint = shown.at(*position), theme.packed(theme.colours().faint)
+    ends = (ImVec2(shown.left, point.y), ImVec2(shown.right, point.y)) if plot.across else \
+        (ImVec2(point.x, shown.top), ImVec2(point.x, shown.bottom))
     draw.add_line(*ends, tint, theme.scale())
 
 

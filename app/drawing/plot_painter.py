@@ -16,7 +16,7 @@ from lensbench.app.drawing.recorded import Calls, FrameMemo, Recorder, repeat
 from lensbench.app.plots.plot import SIZED, Axis, Curve, Figure, Map, Plot, Points, told, unit_of
 
 NARROW = 8.5                    # em: a plot of this width has no room for the label of its y axis
-BESIDE = 3.2                    # em that ticks and labels of the other axis take from the length of an axis
+ACROSS = 3.2                    # em that ticks and labels of the other axis take from the length of an axis
 DECADES = 1e3                   # by which the wheel may leave the range of a logarithmic axis
 
 
@@ -87,19 +87,19 @@ def draw_figure(name: str, figure: Figure, size: ImVec2, state: Drawn, grip: Gri
     room = ImVec2(size.x, size.y - (corner.y - top.y))
     weights = np.array(figure.heights or (1.0,) * len(figure.rows), float)
     heights = room.y * weights / weights.sum()
-    found, y, state.told = None, corner.y, ""
+    under, y, state.told = None, corner.y, ""
     for i, row in enumerate(figure.rows):
         for j, plot in enumerate(row):
             imgui.set_cursor_screen_pos(ImVec2(corner.x + j * room.x / len(row), y))
             cell = ImVec2(room.x / len(row), float(heights[i]))
             first = i == j == 0
-            at = _plot(f"{name} {i} {j}", plot, cell, state, grip if first else None, surfaces, over if first else ())
-            if at is not None:
-                found = Under(plot, i, j, *at)
+            spot = _plot(f"{name} {i} {j}", plot, cell, state, grip if first else None, surfaces, over if first else ())
+            if spot is not None:
+                under = Under(plot, i, j, *spot)
         y += float(heights[i])
     imgui.set_cursor_screen_pos(ImVec2(corner.x, corner.y + room.y))
     imgui.dummy(ImVec2(0.0, 0.0))
-    return found
+    return under
 
 
 def draw_plot(name: str, plot: Plot, size: ImVec2, state: Drawn, **more: Any) -> Under | None:
@@ -147,14 +147,14 @@ def _drawn_legend(named: dict, width: float, corner: ImVec2) -> tuple[Calls, flo
     return draw.calls, y - corner.y + line
 
 
-def _sample(draw: imgui.ImDrawList, layer, at: ImVec2, width: float) -> None:
+def _sample(draw: imgui.ImDrawList, layer, corner: ImVec2, width: float) -> None:
     tint, pixel = theme.packed(colour_of(layer.tint)), theme.scale()
     if isinstance(layer, Curve):
-        ends = np.array([[at.x, math.floor(at.y) + 0.5], [at.x + width, math.floor(at.y) + 0.5]])
-        for piece in pieces(ends, *(each * pixel for each in layer.dash)):
+        ends = np.array([[corner.x, math.floor(corner.y) + 0.5], [corner.x + width, math.floor(corner.y) + 0.5]])
+        for piece in pieces(ends, *(length * pixel for length in layer.dash)):
             draw.add_polyline(piece, tint, layer.weight * pixel, imgui.ImDrawFlags_.none)
         return
-    draw_mark(draw, layer.shape if isinstance(layer, Points) else "square", ImVec2(at.x + 0.5 * width, at.y),
+    draw_mark(draw, layer.shape if isinstance(layer, Points) else "square", ImVec2(corner.x + 0.5 * width, corner.y),
               3.0 * pixel, tint)
 
 
@@ -169,12 +169,12 @@ def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None =
         return None
     _axes(name, plot, size, state)
     shown = state.shown[name] = PlotMap.current(plot.x.log, plot.y.log, plot.x.falling)
-    draw, at, column = implot.get_plot_draw_list(), None, None if grip is None else _column(shown, grip)
+    draw, position, column = implot.get_plot_draw_list(), None, None if grip is None else _column(shown, grip)
     implot.push_plot_clip_rect()
     layers = [layer for layer in plot.layers if getattr(layer, "surface", None) in (None, *surfaces)]
-    for place, layer in enumerate(layers):
+    for index, layer in enumerate(layers):
         if isinstance(layer, Map) and not layer.ghost and state.maps is not None:
-            draw_map(f"{name} {place}", draw, shown, layer, state.memo, state.maps)
+            draw_map(f"{name} {index}", draw, shown, layer, state.memo, state.maps)
         elif isinstance(layer, Points) and layer.size < SIZED:
             draw_points(layer)
     implot.push_plot_clip_rect()
@@ -189,19 +189,19 @@ def _plot(name: str, plot: Plot, size: ImVec2, state: Drawn, grip: Grip | None =
     implot.pop_plot_clip_rect()
     if implot.is_plot_hovered() and not (grip is not None and grip.held):
         mouse = implot.get_plot_mouse_pos()
-        at = float(mouse.x), float(mouse.y)
+        position = float(mouse.x), float(mouse.y)
         if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
             state.fitted.pop(name, None)
-        draw_cursor(draw, shown, plot, at)
-        state.told = told(plot, *at)
+        draw_cursor(draw, shown, plot, position)
+        state.told = told(plot, *position)
     implot.end_plot()
     if grip is not None and column is not None and shown.bottom > shown.top:
         after = imgui.get_cursor_screen_pos()
         _drag(shown, grip, column, state)
         imgui.set_cursor_screen_pos(after)
-    if at is not None and state.told and not imgui.is_mouse_down(imgui.MouseButton_.left):
+    if position is not None and state.told and not imgui.is_mouse_down(imgui.MouseButton_.left):
         tooltip(plot, state.told)
-    return at
+    return position
 
 
 def _recorded(shown: PlotMap, layers: list, title: str, column: float | None) -> tuple[Calls, Boxes]:
@@ -227,7 +227,7 @@ def _axes(name: str, plot: Plot, size: ImVec2, state: Drawn) -> None:
             (implot.ImAxis_.y1, plot.y, shown[1], size.y, 1.4, wide)):
         flags = AXIS_FLAGS | (implot.AxisFlags_.no_decorations if axis.label is None else implot.AxisFlags_.none)
         flags |= implot.AxisFlags_.invert if axis.falling else implot.AxisFlags_.none
-        implot.setup_axis(index, _label(axis.label, length - theme.em(BESIDE)) if has_room else None, flags)
+        implot.setup_axis(index, _label(axis.label, length - theme.em(ACROSS)) if has_room else None, flags)
         _ticks(index, axis, ends, 0.8 * length, room)
         top = axis.high
         if axis is plot.y and plot.title and wide and high and not (plot.equal or axis.log):
@@ -260,7 +260,7 @@ def _ends(first: float, last: float, log: bool) -> tuple[float, float]:
 
 def _label(label: str | None, length: float) -> str | None:
     """A label that fits into `length` pixels: all of it, its unit, or none."""
-    return next((each for each in (label, unit_of(label)) if each and imgui.calc_text_size(each).x < length), None)
+    return next((name for name in (label, unit_of(label)) if name and imgui.calc_text_size(name).x < length), None)
 
 
 def _ticks(index: int, axis: Axis, ends: tuple[float, float], length: float, room: float) -> None:

@@ -94,7 +94,7 @@ class Recorded:
         self._calls: Calls = []
 
     def draw(self, into: imgui.ImDrawList, key: Hashable, paint: Callable[[imgui.ImDrawList], None]) -> None:
-        """Repeat the drawing of this key and of the present theme, font and screen; paint it anew if they changed.
+        """Repeat the drawing of this key and of the current theme, font and screen; paint it anew if they changed.
 
         into: the draw list. paint: as `record` takes it; what it draws depends on nothing but the key.
         """

@@ -59,10 +59,10 @@ def _load_font() -> None:
     """Register the font of the window, which imgui_bundle ships; without that font matplotlib uses its own."""
     from matplotlib import font_manager
 
-    found = find_spec("imgui_bundle")
-    if found is None or found.origin is None or any(f.name == "Roboto" for f in font_manager.fontManager.ttflist):
+    spec = find_spec("imgui_bundle")
+    if spec is None or spec.origin is None or any(f.name == "Roboto" for f in font_manager.fontManager.ttflist):
         return
-    folder = Path(found.origin).parent / "assets" / "fonts" / "Roboto"
+    folder = Path(spec.origin).parent / "assets" / "fonts" / "Roboto"
     for name in ("Regular", "Bold"):
         font_manager.fontManager.addfont(folder / f"Roboto-{name}.ttf")
 
@@ -90,7 +90,7 @@ def plot(axes: "Axes", x: str, y: str, title: str = "", log: bool | tuple[bool, 
     for axis, is_log in ((axes.xaxis, log_x), (axes.yaxis, log_y)):
         if is_log:
             axis.set_major_formatter(_plainly)
-            axis.set_minor_formatter(_nothing)
+            axis.set_minor_formatter(lambda *_: "")
     return axes
 
 
@@ -110,10 +110,6 @@ def _plainly(value: float, _: Any = None) -> str:
     return f"$10^{{{len(f'{value:.0f}') - 1 if value > 1.0 else int(f'{value:e}'[-3:])}}}$"
 
 
-def _nothing(_: float, __: Any = None) -> str:
-    return ""
-
-
 def checked_suffix(path: str | Path, figures: bool = False) -> Path:
     """The path of a chart; ExportError unless its suffix is in SUFFIXES. figures: the error also names .json."""
     path = Path(path)
@@ -130,8 +126,8 @@ def save(figure: "PrintedFigure", path: str | Path) -> None:
     """
     path = checked_suffix(path)
     suffix = path.suffix.lower()[1:]
-    with replacing(path) as part:
-        figure.savefig(part, format=suffix, dpi=RESOLUTION, metadata={"Date": None} if suffix == "svg" else None)
+    with replacing(path) as file:
+        figure.savefig(file, format=suffix, dpi=RESOLUTION, metadata={"Date": None} if suffix == "svg" else None)
 
 
 WIDTH = 8.0                     # inches
@@ -151,8 +147,8 @@ def write_figure(figure: Figure, path: Path, title: str = "") -> None:
     """
     suffix = path.suffix.lower()
     if suffix == ".csv":
-        with replacing(path) as part:
-            part.write_text(figure.table.text(), encoding="utf-8")
+        with replacing(path) as file:
+            file.write_text(figure.table.text(), encoding="utf-8")
         return
     if suffix not in SUFFIXES:
         raise ExportError(f"{path}: a figure is written as {', '.join((*SUFFIXES, '.csv'))}: choose one of these "
@@ -170,24 +166,24 @@ def write_figures(figures: list[Figure], path: Path, title: str = "") -> None:
     if len(figures) == 1 and suffix != ".pdf":
         write_figure(figures[0], path, title)
     elif suffix == ".csv":
-        with replacing(path) as part:
-            part.write_text("\n".join(f"{each.title}\n{each.table.text()}" for each in figures), encoding="utf-8")
+        with replacing(path) as file:
+            file.write_text("\n".join(f"{figure.title}\n{figure.table.text()}" for figure in figures), encoding="utf-8")
     elif suffix == ".pdf":
         from matplotlib.backends.backend_pdf import PdfPages
 
-        with look(), replacing(path) as part, PdfPages(part, metadata={"CreationDate": None}) as pages:
-            for each in figures:
-                pages.savefig(_drawn(each, title))
+        with look(), replacing(path) as file, PdfPages(file, metadata={"CreationDate": None}) as pages:
+            for figure in figures:
+                pages.savefig(_drawn(figure, title))
     else:
         if suffix not in SUFFIXES:
             raise ExportError(f"{path}: figures are written as {', '.join((*SUFFIXES, '.pdf', '.csv'))}: choose one of "
                               "these suffixes")
-        heights = [_height(each) for each in figures]
+        heights = [_height(figure) for figure in figures]
         with look():
             whole = sheet(WIDTH, sum(heights))
             parts = whole.subfigures(len(figures), 1, squeeze=False, height_ratios=heights)
-            for part_of, each in zip(parts[:, 0], figures, strict=True):
-                _fill(part_of, each, title)
+            for part_of, figure in zip(parts[:, 0], figures, strict=True):
+                _fill(part_of, figure, title)
             save(whole, path)
 
 
@@ -210,9 +206,9 @@ def _fill(drawn, figure: Figure, title: str) -> None:
     grids = drawn.add_gridspec(len(figure.rows), 1, height_ratios=weights)
     for i, row in enumerate(figure.rows):
         cells = grids[i].subgridspec(1, len(row))
-        for j, each in enumerate(row):
-            _axes(drawn.add_subplot(cells[0, j]), each)
-    named = {layer.name: layer for row in figure.rows for each in row for layer in each.named()}
+        for j, subplot in enumerate(row):
+            _axes(drawn.add_subplot(cells[0, j]), subplot)
+    named = {layer.name: layer for row in figure.rows for subplot in row for layer in subplot.named()}
     handles, room = [_handle(layer) for layer in named.values()], WIDTH
     if handles:
         columns = len(handles) if len(handles) < 6 else 3
@@ -232,8 +228,8 @@ def _wrapped(words: str, size: float, room: float) -> str:
 def _shape(row: tuple[Plot, ...]) -> float:
     """Height over width of a row."""
     if row[0].equal:
-        each = row[0]
-        return (each.y.high - each.y.low) / (each.x.high - each.x.low) / len(row)
+        subplot = row[0]
+        return (subplot.y.high - subplot.y.low) / (subplot.x.high - subplot.x.low) / len(row)
     return 0.55 if len(row) == 1 else 0.9 / len(row)
 
 
@@ -244,13 +240,13 @@ def colour(tint: Tint) -> str:
     return COLOURS[CHART[int(tint[5:]) % 8]] if tint.startswith("chart") else TINTS[tint]
 
 
-def _axes(axes: "Axes", each: Plot) -> None:
+def _axes(axes: "Axes", subplot: Plot) -> None:
     from matplotlib.ticker import MaxNLocator
 
-    plot(axes, each.x.label or "", each.y.label or "", each.title, (each.x.log, each.y.log))
-    axes.set_xlim(each.x.low, each.x.high)
-    axes.set_ylim(each.y.low, each.y.high)
-    for axis, drawn in ((each.x, axes.xaxis), (each.y, axes.yaxis)):
+    plot(axes, subplot.x.label or "", subplot.y.label or "", subplot.title, (subplot.x.log, subplot.y.log))
+    axes.set_xlim(subplot.x.low, subplot.x.high)
+    axes.set_ylim(subplot.y.low, subplot.y.high)
+    for axis, drawn in ((subplot.x, axes.xaxis), (subplot.y, axes.yaxis)):
         if axis.log:
             tick_finely(drawn)
         elif axis.whole is not None:
@@ -258,11 +254,11 @@ def _axes(axes: "Axes", each: Plot) -> None:
             drawn.set_major_locator(locator)
             drawn.set_ticks([number for number in locator.tick_values(axis.low, axis.whole)
                              if axis.low <= number <= axis.whole])
-    if each.equal:
+    if subplot.equal:
         axes.set_aspect("equal")
-    if each.x.label is None:
+    if subplot.x.label is None:
         axes.set_axis_off()
-    for layer in each.layers:
+    for layer in subplot.layers:
         if getattr(layer, "surface", None) is not None:         # lit by the mouse alone
             continue
         if isinstance(layer, Curve):
@@ -296,7 +292,7 @@ def _alpha(layer: Curve | Points | Bars) -> float:
 
 
 def _dash(curve: Curve) -> dict:
-    return {"dashes": [0.75 * each for each in curve.dash]} if curve.dash[0] else {}
+    return {"dashes": [0.75 * length for length in curve.dash]} if curve.dash[0] else {}
 
 
 def _handle(layer):

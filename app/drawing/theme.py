@@ -146,7 +146,7 @@ def look() -> tuple[bool, float, float]:
 def packed(colour: Colour, alpha: float = 1.0) -> int:
     """A colour for draw lists, with its alpha multiplied."""
     parts = (*colour[:3], colour[3] * alpha)
-    red, green, blue, opacity = (int(min(max(part, 0.0), 1.0) * 255.0 + 0.5) for part in parts)
+    red, green, blue, opacity = (int(min(max(channel, 0.0), 1.0) * 255.0 + 0.5) for channel in parts)
     return red | green << 8 | blue << 16 | opacity << 24
 
 

@@ -70,29 +70,29 @@ def exit_pupil_panel(settings: Settings, film_radius: float, state: PupilState, 
             film_radius = dial("Film radius", min(film_radius, corner), radius_scale(corner, 0.7 * reach),
                                "Distance of the film point from the axis")
         raster = links.pixel(settings.film.pixels_x, settings.film.pixels_y)
-        here, at = (lens_setup, (0.0, film_radius)) if raster is None else seen_from(settings, raster)
-        shown, azimuth = math.hypot(*at), math.atan2(at[1], at[0])
-        fields = [region(lens_setup.lens, lens_setup.film_distance, part * reach) for _, part in FIELDS]
-        seen = region(here.lens, here.film_distance, shown, azimuth)
-        samples = box_samples(here.lens, here.film_distance, shown, azimuth)
+        bench, film_point = (lens_setup, (0.0, film_radius)) if raster is None else seen_from(settings, raster)
+        shown, azimuth = math.hypot(*film_point), math.atan2(film_point[1], film_point[0])
+        fields = [region(lens_setup.lens, lens_setup.film_distance, share * reach) for _, share in FIELDS]
+        pointed = region(bench.lens, bench.film_distance, shown, azimuth)
+        samples = box_samples(bench.lens, bench.film_distance, shown, azimuth)
     except (ValueError, OSError) as error:
         paragraph(str(error))
         return film_radius
     pointer = "" if raster is None else "Pinned" if links.pinned is not None else "Mouse"
-    _words(seen, samples, pointer, links.surfaces, settings.follows_lens, reach)
+    _words(pointed, samples, pointer, links.surfaces, settings.follows_lens, reach)
     _box_switch(state)
     if raster is None and not lens_setup.lens.is_rotationally_symmetric:
         theme.small()
         imgui.text_colored(theme.colours().dim, UPWARDS)
         imgui.pop_font()
-        imgui.set_item_tooltip("This lens has no rotational symmetry: film points beside the axis have other regions "
+        imgui.set_item_tooltip("This lens has no rotational symmetry: film points to the side have other regions "
                                "than those above it, which are shown. Pictures follow the true ones all over the film")
     ghost = _ghost(other, shown, azimuth)
     crossed = rear_place(settings, raster, links.ray) if links.ray is not None else None
-    rear = _plot(lens_setup, fields, seen, samples, reach, links.surfaces, crossed, ghost, state)
+    rear = _plot(lens_setup, fields, pointed, samples, reach, links.surfaces, crossed, ghost, state)
     if rear is not None:
-        x, y = rear @ turn(lens_setup.lens, at)
-        ray = ray_through(settings, at, (float(x), float(y)), here)
+        x, y = rear @ turn(lens_setup.lens, film_point)
+        ray = ray_through(settings, film_point, (float(x), float(y)), bench)
         links.point_at_ray(ray)
         _tooltip(rear, ray)
     return film_radius
@@ -110,21 +110,21 @@ def _ghost(other: Settings | None, film_radius: float, azimuth: float) -> Region
     return of_a if len(of_a.outline) else None
 
 
-def shown_box(rear: float, regions: Sequence[Region], seen: Region,
+def shown_box(rear: float, regions: Sequence[Region], pointed: Region,
               ghost: np.ndarray | None = None) -> tuple[float, float, float, float]:
-    """x0, y0, x1, y1 (mm) about the regions and the rear rim; about the seen region, and that of A, where it is small.
+    """x0, y0, x1, y1 (mm) about the regions and the rear clear aperture; about a small pointed region, and that of A.
 
     ghost: outline (n, 2) of the region of A, or None.
     """
-    near = seen.box if ghost is None else (*np.minimum(seen.box[:2], ghost.min(axis=0)).tolist(),
-                                           *np.maximum(seen.box[2:], ghost.max(axis=0)).tolist())
-    boxes = [near, *(one.box for one in regions if one.area > 0.0)] if seen.area > 0.0 else \
+    near = pointed.box if ghost is None else (*np.minimum(pointed.box[:2], ghost.min(axis=0)).tolist(),
+                                              *np.maximum(pointed.box[2:], ghost.max(axis=0)).tolist())
+    boxes = [near, *(one.box for one in regions if one.area > 0.0)] if pointed.area > 0.0 else \
         [one.box for one in regions if one.area > 0.0]
     x0, y0, x1, y1 = -rear, -rear, rear, rear
     for box in boxes:
         x0, y0, x1, y1 = min(x0, box[0]), min(y0, box[1]), max(x1, box[2]), max(y1, box[3])
     size = max(near[2] - near[0], near[3] - near[1])
-    if not seen.area > 0.0 or size > SMALL * max(x1 - x0, y1 - y0):
+    if not pointed.area > 0.0 or size > SMALL * max(x1 - x0, y1 - y0):
         return x0, y0, x1, y1
     half, x, y = 0.8 * size, 0.5 * (near[0] + near[2]), 0.5 * (near[1] + near[3])
     return x - half, y - half, x + half, y + half
@@ -139,7 +139,7 @@ def _rested(box: tuple[float, float, float, float]) -> tuple[float, float, float
     return x - half, y - half, x + half, y + half
 
 
-def _plot(lens_setup: Bench, fields: list[Region], seen: Region, samples: BoxSamples, reach: float,
+def _plot(lens_setup: Bench, fields: list[Region], pointed: Region, samples: BoxSamples, reach: float,
           lit: tuple[int, ...], crossed: np.ndarray | None, ghost: Region | None,
           state: PupilState) -> np.ndarray | None:
     """Draw the plot; returns the point (2,) under the mouse, upright, in mm, if there is one.
@@ -153,10 +153,10 @@ def _plot(lens_setup: Bench, fields: list[Region], seen: Region, samples: BoxSam
     drawn = drawn_map(NAME, state.drawn)
     dense = 0.0 if drawn is None else (drawn.right - drawn.left) / max(drawn.x1 - drawn.x0, 1e-9) / theme.scale()
     count = 0
-    if seen.area > 0.0 and (state.box or lit):
-        x0, y0, x1, y1 = seen.box
+    if pointed.area > 0.0 and (state.box or lit):
+        x0, y0, x1, y1 = pointed.box
         count = min(int((x1 - x0) * (y1 - y0) * (dense / DENSITY) ** 2), len(samples.points))
-    plot = pupil_plot(rear, tuple(fields), seen, samples, reach, lit if count else (), count, ghost)
+    plot = pupil_plot(rear, tuple(fields), pointed, samples, reach, lit if count else (), count, ghost)
     theme.small()
     over = () if crossed is None else (Points("", crossed[:1], crossed[1:], "chart1", "ring", size=5.0),)
     under = draw_plot(NAME, plot, size, state.drawn, over=over)
@@ -165,33 +165,33 @@ def _plot(lens_setup: Bench, fields: list[Region], seen: Region, samples: BoxSam
 
 
 @lru_cache(maxsize=4)
-def pupil_plot(rear: float, fields: tuple[Region, ...], seen: Region, samples: BoxSamples, reach: float,
+def pupil_plot(rear: float, fields: tuple[Region, ...], pointed: Region, samples: BoxSamples, reach: float,
                lit: tuple[int, ...], count: int, ghost: Region | None) -> Plot:
-    """The rear rim, the regions of the three fields, and the chosen one, filled, with the first `count` samples.
+    """The rear clear aperture, the regions of three fields, and the chosen one, filled, with the first `count` samples.
 
     The chosen region has the tint of its field if it is one of them. reach: of light on the film (mm).
     """
     turn = np.linspace(0.0, 2.0 * math.pi, 97)
     layers: list = [Curve("", rear * np.cos(turn), rear * np.sin(turn), "faint", weight=1.0)]
-    own = next((f"field{i}" for i, (_, part) in enumerate(FIELDS) if abs(seen.film_radius - part * reach)
+    own = next((f"field{i}" for i, (_, share) in enumerate(FIELDS) if abs(pointed.film_radius - share * reach)
                 <= SAME * reach), "strong")
-    if seen.area > 0.0:
-        layers.append(Patch(seen.outline, own, 0.22))
+    if pointed.area > 0.0:
+        layers.append(Patch(pointed.outline, own, 0.22))
     for i, ((name, _), of) in enumerate(zip(FIELDS, fields, strict=True)):
         if of.area > 0.0:
             lowest, rightmost = np.argmin(of.outline[:, 1]), np.argmax(of.outline[:, 0])
             x, y = of.outline[lowest if name == "axis" else rightmost]
             layers += [_outline(of.outline, f"field{i}", 1.0),
                        Label(x, y, name, f"field{i}", "below" if name == "axis" else "right", free=True)]
-    layers.append(Label(-0.71 * rear, -0.71 * rear, "rear rim", "dim", "left below", free=True))
-    if seen.area > 0.0:
-        layers.append(_outline(seen.outline, own, 2.0))
+    layers.append(Label(-0.71 * rear, -0.71 * rear, "clear aperture", "dim", "left below", free=True))
+    if pointed.area > 0.0:
+        layers.append(_outline(pointed.outline, own, 2.0))
     if count:
-        layers += _samples(seen, samples, count, lit)
+        layers += _samples(pointed, samples, count, lit)
     if ghost is not None:
         x, y = ghost.outline[np.argmin(ghost.outline[:, 0])]
         layers += [_outline(ghost.outline, "chart4", 1.5), Label(x, y, "A", "chart4", "left", free=True)]
-    x0, y0, x1, y1 = _rested(shown_box(rear, fields, seen, None if ghost is None else ghost.outline))
+    x0, y0, x1, y1 = _rested(shown_box(rear, fields, pointed, None if ghost is None else ghost.outline))
     return Plot(Axis("x (mm)", x0, x1), Axis("y (mm)", y0, y1), tuple(layers), equal=True)
 
 
@@ -200,9 +200,9 @@ def _outline(outline: np.ndarray, tint: str, weight: float) -> Curve:
     return Curve.through("", np.concatenate([outline, outline[:2]]), tint, weight=weight)
 
 
-def _samples(seen: Region, samples: BoxSamples, count: int, lit: tuple[int, ...]) -> list:
+def _samples(pointed: Region, samples: BoxSamples, count: int, lit: tuple[int, ...]) -> list:
     """The bounding box of the region, which pbrt samples, and its samples: dots pass, crosses do not."""
-    x0, y0, x1, y1 = seen.box
+    x0, y0, x1, y1 = pointed.box
     points, blocked_by = samples.points[:count], samples.blocked_by[:count]
     marked = np.isin(blocked_by, lit)
     kinds = ((blocked_by < 0, "strong", "square", 0.75), ((blocked_by >= 0) & ~marked, "dead", "cross", 2.0),
@@ -212,13 +212,14 @@ def _samples(seen: Region, samples: BoxSamples, count: int, lit: tuple[int, ...]
               for chosen, tint, shape, size in kinds)]
 
 
-def _words(seen: Region, samples: BoxSamples, pointer: str, lit: tuple[int, ...], traced: bool, reach: float) -> None:
+def _words(pointed: Region, samples: BoxSamples, pointer: str, lit: tuple[int, ...], traced: bool,
+           reach: float) -> None:
     """One line above the plot: area, share of samples that pass, and the film point if the mouse or a pin sets it.
 
     pointer: which of the two, or "". lit: indices of surfaces whose share of the blocked samples is written instead.
     """
-    where = f"{pointer} at {fixed(seen.film_radius, 1)} mm:  " if pointer else ""
-    if seen.area <= 0.0:
+    where = f"{pointer} at {fixed(pointed.film_radius, 1)} mm:  " if pointer else ""
+    if pointed.area <= 0.0:
         beyond = f"light beyond {fixed(reach, 1)} mm"
         what = f"no {beyond}" if pointer else f"No {beyond} off the axis"
     elif lit:
@@ -227,8 +228,8 @@ def _words(seen: Region, samples: BoxSamples, pointer: str, lit: tuple[int, ...]
         what = f"surface{'s' if len(lit) > 1 else ''} {names}: {fixed(100.0 * share, 0)} % blocked"
         what = what if where else what[0].upper() + what[1:]
     else:
-        part = "passes" if pointer else "of the box passes"
-        what = f"{format_area(seen.area)},  {fixed(100.0 * samples.rate, 0)} % {part}"
+        verb = "passes" if pointer else "of the box passes"
+        what = f"{format_area(pointed.area)},  {fixed(100.0 * samples.rate, 0)} % {verb}"
     theme.small()
     imgui.text_colored(theme.colours().text, where + what)
     imgui.pop_font()
@@ -252,9 +253,9 @@ def _box_switch(state: PupilState) -> None:
                            "crosses are vignetted")
 
 
-def _tooltip(at: np.ndarray, ray: PointedRay) -> None:
+def _tooltip(point: np.ndarray, ray: PointedRay) -> None:
     """Tooltip: whether light passes at the point under the mouse, and where it comes from."""
     if imgui.begin_tooltip():
-        imgui.text_unformatted(true_minus(f"x {fixed(at[0], 2)}, y {fixed(at[1], 2)} mm"))
+        imgui.text_unformatted(true_minus(f"x {fixed(point[0], 2)}, y {fixed(point[1], 2)} mm"))
         imgui.text_disabled(f"Light passes here, {ray.end}" if ray.surface < 0 else f"The ray {ray.end}")
         imgui.end_tooltip()

@@ -1,8 +1,8 @@
 """Falloff and distortion of the real lens at its current focus and stop, over the film radius.
 
-Above, how much light of the axis reaches the film: the natural falloff, cos⁴ over the
-pupil, and the vignetting of the rims, whose product is the total. Below, by how much images are too small or too large,
-as a curve or as the grid that a square one becomes.
+Above, how much light of the axis reaches the film: the natural falloff, cos⁴ over the pupil, and the vignetting by the
+clear apertures, whose product is the total. Below, by how much images are too small or too large, as a curve or as the
+grid that a square one becomes.
 """
 
 import math
@@ -86,8 +86,8 @@ def _light_plot(light: Falloff) -> Plot:
 def _light_words(light: Falloff, x: float, _: float) -> str:
     """The light at a film radius (mm), and its two parts."""
     radius = min(max(x, 0.0), float(light.radii[-1]))
-    total, natural, vignetting = (float(np.interp(radius, light.radii, part))
-                                  for part in (light.total, light.natural, light.vignetting))
+    total, natural, vignetting = (float(np.interp(radius, light.radii, values))
+                                  for values in (light.total, light.natural, light.vignetting))
     words = f"{fixed(radius, 1)} mm off the axis: {fixed(100.0 * total, 0)} %, {_stops(total)}"
     return words if math.isnan(natural) else \
         f"{words}\nnatural {fixed(100.0 * natural, 0)} %, vignetting {fixed(100.0 * vignetting, 0)} %"
@@ -127,18 +127,18 @@ def falloff_panel(settings: Settings, state: FalloffState, other: Settings | Non
         if not lens_setup.lens.is_rotationally_symmetric:
             paragraph(EVERY_WAY)
             return
-        found = falling(lens_setup)
+        analysis = falling(lens_setup)
     except (ValueError, OSError) as error:
         paragraph(str(error))
         return
     theme.small()
-    _words(found)
+    _words(analysis)
     room, below = imgui.get_content_region_avail(), imgui.get_frame_height_with_spacing()
     ghost = _ghost(other)
-    draw_figure("Falloff", _with_a(found.light_figure, ghost and ghost.light_figure),
+    draw_figure("Falloff", _with_a(analysis.light_figure, ghost and ghost.light_figure),
                 ImVec2(room.x, 0.52 * (room.y - below)), state.light)
     state.shown = toggles("Distortion", SHOWN, state.shown, TIPS, 5.6)
-    figure = found.curve if state.shown == "curve" else found.grid
+    figure = analysis.curve if state.shown == "curve" else analysis.grid
     of_a = None if ghost is None else ghost.curve if state.shown == "curve" else ghost.grid
     draw_figure(f"Falloff {state.shown}", _with_a(figure, of_a), imgui.get_content_region_avail(),
                 state.curve if state.shown == "curve" else state.grid, named=False)
@@ -160,8 +160,8 @@ def without_lens(settings: Settings) -> str:
         return str(error)
     grid = (np.arange(ACROSS) + 0.5) / ACROSS
     pupil = np.stack(np.meshgrid(grid, grid), -1).reshape(-1, 2)
-    middle, corner = (float(of.generate_rays([at] * len(pupil), pupil).weights.mean())
-                      for at in ((0.5 * of.film.pixels_x, 0.5 * of.film.pixels_y), (0.0, 0.0)))
+    middle, corner = (float(of.generate_rays([raster] * len(pupil), pupil).weights.mean())
+                      for raster in ((0.5 * of.film.pixels_x, 0.5 * of.film.pixels_y), (0.0, 0.0)))
     if not 0.0 < corner < (1.0 - SLIGHT) * middle:
         return "This camera has no lens and no falloff: it weights all its rays equally"
     return f"This camera has no lens: no vignetting and no distortion. Its natural falloff, cos⁴ of the angle to the " \
@@ -179,13 +179,13 @@ def _ghost(other: Settings | None) -> Falling | None:
         return None
 
 
-def _stops(part: float) -> str:
+def _stops(fraction: float) -> str:
     """A part of the light in stops."""
-    return "dark" if part <= 0.0 else true_minus(f"{fixed(math.log2(part), 1, signed=True)} EV")
+    return "dark" if fraction <= 0.0 else true_minus(f"{fixed(math.log2(fraction), 1, signed=True)} EV")
 
 
-def _words(found: Falling) -> None:
-    light, shape = found.light, found.shape
+def _words(analysis: Falling) -> None:
+    light, shape = analysis.light, analysis.shape
     paragraph("The corner of the film is dark" if light.total[-1] <= 0.0 else
               f"Corner {_stops(float(light.total[-1]))}: natural {_stops(float(light.natural[-1]))}, "
               f"vignetting {_stops(float(light.vignetting[-1]))}", True)

@@ -1,6 +1,7 @@
 """The lens card: provenance, what the lens consists of, its check, and its glasses in a map of n_d over V_d."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import pairwise
@@ -23,7 +24,8 @@ from lensbench.lenses.tables.system_text import system_rows
 
 LABEL = 5.6                     # em, the column of labels
 MAP = 11.0                      # em, the height of the map of glasses
-DISPERSIONS, INDICES = (95.0, 15.0), (1.42, 2.02)       # ends of the map: V_d falls to the right, as makers draw it
+DISPERSIONS, INDICES = (15.0, 95.0), (1.42, 2.02)       # ends of the map
+NEAR = 9.0                      # pixels from the mouse to a point of the map
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class GlassRow:
 
 
 class LensCardState:
-    """The check of the present lens, made in the background."""
+    """The check of the current lens, made in the background."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None):
         self.checks: Measurements[lb.Lens, tuple[lenses.Finding, ...]] = Measurements(_checked, wake, keep_all=False)
@@ -70,8 +72,8 @@ def lens_card_panel(settings: Settings, state: LensCardState, lit: tuple[int, ..
     table = glass_rows(lens)
     if table:
         imgui.dummy(ImVec2(0.0, theme.em(0.3)))
-        at = {lit[0]} if len(lit) == 2 else {surface - near for surface in lit for near in (0, 1)}  # one glass, or both
-        marked = frozenset(row.surface for row in table if row.surface in at)
+        fronts = {lit[0]} if len(lit) == 2 else {surface - near for surface in lit for near in (0, 1)}     # or both
+        marked = frozenset(row.surface for row in table if row.surface in fronts)
         _glass_map(table, marked)
         _glass_table(table, "rims" in lens.estimates, marked)
     imgui.pop_font()
@@ -124,51 +126,70 @@ def _check(lens: lb.Lens, state: LensCardState) -> None:
     findings = checks.found[lens]
     if not findings:
         _row("Check", "nothing found")
-    for i, finding in enumerate(sorted(findings, key=lambda each: each.severity is not lenses.Severity.WARNING)):
+    for i, finding in enumerate(sorted(findings, key=lambda doubt: doubt.severity is not lenses.Severity.WARNING)):
         is_doubt = finding.severity is lenses.Severity.WARNING
         colour = theme.colours().warning if is_doubt else theme.colours().text
-        place = "" if finding.surface is None else f"Surface {finding.surface}: "
-        _row("" if i else "Check", place + finding.message, colour)
+        where = "" if finding.surface is None else f"Surface {finding.surface}: "
+        _row("" if i else "Check", where + finding.message, colour)
 
 
 def _glass_map(table: tuple[GlassRow, ...], marked: frozenset[int]) -> None:
     """The glasses over their Abbe numbers; the number at a point is that of the surface before the glass."""
     known = [row for row in table if row.glass.v_d is not None]
-    if not known or not implot.begin_plot("Glass map", ImVec2(-1.0, theme.em(MAP)),
-                                          PLOT_FLAGS | implot.Flags_.no_inputs):     # the wheel scrolls the card
+    if not known:
         return
     n, v = np.array([row.glass.n_d for row in known]), np.array([row.glass.v_d for row in known], float)
-    implot.setup_axes("V_d", "n_d", AXIS_FLAGS | implot.AxisFlags_.invert, AXIS_FLAGS)
-    implot.setup_axes_limits(min(DISPERSIONS[1], float(v.min()) - 3.0), max(DISPERSIONS[0], float(v.max()) + 3.0),
-                             min(INDICES[0], float(n.min()) - 0.02), max(INDICES[1], float(n.max()) + 0.02),
-                             implot.Cond_.always)
-    implot.setup_finish()
+    limits = (min(DISPERSIONS[0], float(v.min()) - 3.0), max(DISPERSIONS[1], float(v.max()) + 3.0),
+              min(INDICES[0], float(n.min()) - 0.02), max(INDICES[1], float(n.max()) + 0.02))
+    points = begin_glass_map("Glass map", MAP, limits, v, n, implot.Flags_.no_inputs)       # the wheel scrolls the card
+    if points is None:
+        return
     colour, pixel, draw = theme.colours(), theme.scale(), implot.get_plot_draw_list()
-    plot, mouse = PlotMap.current(log=False), imgui.get_mouse_pos()
-    implot.push_plot_clip_rect()
-    nearest: tuple[float, GlassRow] | None = None
-    taken: list[ImVec2] = []
-    for row, index, abbe in zip(known, n, v, strict=True):
-        at = plot.at(float(abbe), float(index))
-        at = ImVec2(plot.left + plot.right - at.x, at.y)        # the axis is inverted, the map of the plot is not
-        fill = colour.glass(row.glass.n_d, float(abbe))
-        draw.add_circle_filled(at, 4.0 * pixel, theme.packed((*fill[:3], 0.9)))
-        draw.add_circle(at, 4.0 * pixel, theme.packed(colour.glass_outline), 0, pixel)
+    labelled: list[ImVec2] = []
+    for row, point, index, abbe in zip(known, points, n.tolist(), v.tolist(), strict=True):
+        draw.add_circle_filled(point, 4.0 * pixel, theme.packed((*colour.glass(index, abbe)[:3], 0.9)))
+        draw.add_circle(point, 4.0 * pixel, theme.packed(colour.glass_outline), 0, pixel)
         if row.surface in marked:
-            draw.add_circle(at, 6.5 * pixel, theme.packed(colour.strong), 0, 2.0 * pixel)
-        if all(abs(at.x - other.x) + abs(at.y - other.y) > theme.em(0.9) for other in taken):
-            draw.add_text(ImVec2(at.x + 6.0 * pixel, at.y - 0.5 * imgui.get_text_line_height()),
+            draw.add_circle(point, 6.5 * pixel, theme.packed(colour.strong), 0, 2.0 * pixel)
+        if all(abs(point.x - other.x) + abs(point.y - other.y) > theme.em(0.9) for other in labelled):
+            draw.add_text(ImVec2(point.x + 6.0 * pixel, point.y - 0.5 * imgui.get_text_line_height()),
                           theme.packed(colour.dim), str(row.surface))
-            taken.append(at)
-        distance = abs(mouse.x - at.x) + abs(mouse.y - at.y)
-        if distance < 9.0 * pixel and (nearest is None or distance < nearest[0]):
-            nearest = distance, row
+            labelled.append(point)
+    end_glass_map()
+    nearest = nearest_glasses(points)
+    if nearest and imgui.is_window_hovered():
+        row = known[nearest[0]]
+        imgui.set_tooltip(f"Behind surface {row.surface}{f': {row.glass.name}' if row.glass.name else ''}\n"
+                          f"n_d {fixed(row.glass.n_d, 5)}, V_d {fixed(row.glass.v_d or 0.0, 2)}")
+
+
+def begin_glass_map(name: str, height: float, limits: tuple[float, float, float, float], v_d: np.ndarray,
+                    n_d: np.ndarray, flags: int = 0, once: bool = False) -> list[ImVec2] | None:
+    """Begin the plot of n_d over V_d, which falls to the right as makers draw it; the glasses in pixels.
+
+    None where the plot is not seen. height: in em. limits: ends of V_d and of n_d. once: the user may change them.
+    """
+    if not implot.begin_plot(name, ImVec2(-1.0, theme.em(height)), PLOT_FLAGS | flags):
+        return None
+    implot.setup_axes("V_d", "n_d", AXIS_FLAGS | implot.AxisFlags_.invert, AXIS_FLAGS)
+    implot.setup_axes_limits(*limits, implot.Cond_.once if once else implot.Cond_.always)
+    implot.setup_finish()
+    implot.push_plot_clip_rect()
+    return [ImVec2(x, y) for x, y in PlotMap.current(log=False, falling=True).pixels(v_d, n_d).tolist()]
+
+
+def nearest_glasses(points: Sequence[ImVec2]) -> list[int]:
+    """Indices of the points nearest to the mouse, several where they coincide; none where all are farther than NEAR."""
+    mouse = imgui.get_mouse_pos()
+    away = [abs(point.x - mouse.x) + abs(point.y - mouse.y) for point in points]
+    least = min(away, default=math.inf)
+    return [i for i, distance in enumerate(away) if distance == least] if least < NEAR * theme.scale() else []
+
+
+def end_glass_map() -> None:
+    """End the plot that `begin_glass_map` began."""
     implot.pop_plot_clip_rect()
     implot.end_plot()
-    if nearest is not None and imgui.is_window_hovered():
-        glass = nearest[1].glass
-        imgui.set_tooltip(f"Behind surface {nearest[1].surface}{f': {glass.name}' if glass.name else ''}\n"
-                          f"n_d {fixed(glass.n_d, 5)}, V_d {fixed(glass.v_d or 0.0, 2)}")
 
 
 def _glass_table(table: tuple[GlassRow, ...], is_estimated: bool, marked: frozenset[int]) -> None:

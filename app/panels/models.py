@@ -1,4 +1,4 @@
-"""The panel *Models*: what each model of the present lens costs a ray, and how far it is from the traced lens.
+"""The panel *Models*: what each model of the current lens costs a ray, and how far it is from the traced lens.
 
 Errors in pixels of the film as it is set, or in stops; costs in ns a ray, measured on this machine. A click on a
 model takes the picture with it.
@@ -86,10 +86,10 @@ def _tools(settings: Settings, worker: ChartWorker) -> None:
 # The plot
 
 
-def models_plot(chart: Chart, shown: str, present: str, fresh: bool) -> Plot:
+def models_plot(chart: Chart, shown: str, current: str, fresh: bool) -> Plot:
     """Error over cost: the front, the tolerance, and each model as a mark with its name.
 
-    shown: a key of ERRORS. present: the name of the model that the picture is taken with, which has a ring. fresh:
+    shown: a key of ERRORS. current: the name of the model that the picture is taken with, which has a ring. fresh:
     whether the chart is of the settings in use.
     """
     label = ERRORS[shown][2]
@@ -104,8 +104,8 @@ def models_plot(chart: Chart, shown: str, present: str, fresh: bool) -> Plot:
     for mark, cost, error in zip(marks, x, y, strict=True):
         point = np.array([cost]), np.array([error])
         layers.append(Points("", *point, _tint(mark), SHAPES[mark.kind], ghost=not fresh, size=4.5))
-        layers.append(Label(cost, error, mark.name, "strong" if mark.name == present else _tint(mark), free=True))
-        if mark.name == present:
+        layers.append(Label(cost, error, mark.name, "strong" if mark.name == current else _tint(mark), free=True))
+        if mark.name == current:
             layers.append(Points("", *point, "strong", "ring", size=8.5))
     return Plot(Axis("Cost (ns a ray)", 0.6 * float(costs.min()), 2.2 * float(costs.max()), log=True),
                 Axis(label, 0.2 * FLOOR, top, log=True), tuple(layers))
@@ -137,8 +137,8 @@ def _plotted(settings: Settings, chart: Chart, chosen: tuple[str, int] | None, f
     if shown is not None:
         half, names = 7.0 * theme.scale(), state.drawn.words[f"{NAME} 0 0"]
         for mark in _marks(chart, state.shown):
-            at = shown.at(mark.cost, max(mark.error, FLOOR))
-            boxes = [(at.x - half, at.y - half, at.x + half, at.y + half)]
+            point = shown.at(mark.cost, max(mark.error, FLOOR))
+            boxes = [(point.x - half, point.y - half, point.x + half, point.y + half)]
             settings = _clicked(settings, mark, boxes + ([names[mark.name]] if mark.name in names else []))
         imgui.set_cursor_screen_pos(corner)
         imgui.dummy(room)

@@ -61,30 +61,30 @@ def pixel_panel(settings: Settings, links: Pointed, image: NDArray[np.float32] |
     table = rows(got, colour_of(image, raster), links.pinned is not None)
     below = len(table) * _pitch()
     room = ImVec2(size.x, size.y - below - theme.em(0.6))
-    seen = None
+    beam = None
     if room.y > theme.em(4.0):
         try:
-            seen = spot(settings, raster)
+            beam = spot(settings, raster)
         except (ValueError, OSError) as error:
             paragraph(str(error))
-    if seen is not None:
-        chosen = _plot(settings, got, film_place(settings, raster), seen, room, links.surfaces, state)
+    if beam is not None:
+        chosen = _plot(settings, got, film_place(settings, raster), beam, room, links.surfaces, state)
         if chosen is not None:
-            links.point_at_ray(_ray(settings, seen, chosen))
+            links.point_at_ray(_ray(settings, beam, chosen))
     _table(table)
     imgui.pop_font()
 
 
-def _ray(settings: Settings, seen: Spot, i: int) -> PointedRay:
+def _ray(settings: Settings, beam: Spot, i: int) -> PointedRay:
     """A ray of the spot, and where it comes from."""
-    end = landing(settings, seen.paths[i])
-    return PointedRay(seen.paths[i], -1, end.text, end.point, end.raster)
+    end = landing(settings, beam.paths[i])
+    return PointedRay(beam.paths[i], -1, end.text, end.point, end.raster)
 
 
 # The spot
 
 
-def _plot(settings: Settings, got: PixelReadings, at: Place, seen: Spot, size: ImVec2, lit: tuple[int, ...],
+def _plot(settings: Settings, got: PixelReadings, middle: Place, beam: Spot, size: ImVec2, lit: tuple[int, ...],
           state: PixelState) -> int | None:
     """Draw the spot; returns the index of the ray under the mouse.
 
@@ -92,7 +92,7 @@ def _plot(settings: Settings, got: PixelReadings, at: Place, seen: Spot, size: I
     """
     film, chosen = settings.film, None
     pitch = film.width / film.pixels_x, film.height / film.pixels_y
-    away = 1000.0 * (np.asarray(at) - seen.landings)              # the picture is the film turned by 180°
+    away = 1000.0 * (np.asarray(middle) - beam.landings)              # the picture is the film turned by 180°
     before = drawn_map(NAME, state.drawn)
     over: tuple[Points, ...] = ()
     if before is not None and state.hovered and len(away):
@@ -101,7 +101,7 @@ def _plot(settings: Settings, got: PixelReadings, at: Place, seen: Spot, size: I
         if distance.min() < NEAR * theme.scale():
             chosen = int(distance.argmin())
             over = (Points("", away[[chosen], 0], away[[chosen], 1], "chart1", "ring", size=4.0),)
-    under = draw_plot(NAME, spot_plot(seen, at, pitch, got.diameter, lit), size, state.drawn, over=over)
+    under = draw_plot(NAME, spot_plot(beam, middle, pitch, got.diameter, lit), size, state.drawn, over=over)
     state.hovered, shown = under is not None, drawn_map(NAME, state.drawn)
     if shown is not None:
         state.places = shown.pixels(away[:, 0], away[:, 1])
@@ -114,23 +114,24 @@ def _plot(settings: Settings, got: PixelReadings, at: Place, seen: Spot, size: I
 
 
 @lru_cache(maxsize=4)
-def spot_plot(seen: Spot, at: Place, pitch: tuple[float, float], diameter: float | None, lit: tuple[int, ...]) -> Plot:
+def spot_plot(beam: Spot, middle: Place, pitch: tuple[float, float], diameter: float | None,
+              lit: tuple[int, ...]) -> Plot:
     """The spot in µm about the middle of the pixel, the pixel, and the circle of confusion.
 
     at: the middle of the pixel on the film; pitch: its sides; diameter: of the circle (all mm), or None. lit: surfaces
     whose lost rays are counted.
     """
-    away = 1000.0 * (np.asarray(at) - seen.landings)
+    away = 1000.0 * (np.asarray(middle) - beam.landings)
     half = reach([*np.abs(1.05 * away).ravel(), 550.0 * (diameter or 0.0), 1000.0 * max(pitch)])
     x, y = 500.0 * pitch[0], 500.0 * pitch[1]
     layers: list = [Curve("", np.array([-x, x, x, -x, -x]), np.array([-y, -y, y, y, -y]), "text", weight=1.5),
                     Points("", away[:, 0], away[:, 1], "field0", size=1.1)]
     if diameter is not None:
-        turn, centre = np.linspace(0.0, 2.0 * math.pi, 97), 1000.0 * (np.asarray(at) - seen.centroid)
+        turn, centre = np.linspace(0.0, 2.0 * math.pi, 97), 1000.0 * (np.asarray(middle) - beam.centroid)
         layers.append(Curve("", centre[0] + 500.0 * diameter * np.cos(turn),
                             centre[1] + 500.0 * diameter * np.sin(turn), "amber", weight=1.5))
-    aimed = len(away) + sum(seen.lost.values())
-    words, blocked = f"{len(away)} of {aimed} rays", sum(seen.lost.get(surface, 0) for surface in lit)
+    aimed = len(away) + sum(beam.lost.values())
+    words, blocked = f"{len(away)} of {aimed} rays", sum(beam.lost.get(surface, 0) for surface in lit)
     if lit:
         words = f"Surface{'s' if len(lit) > 1 else ''} {' and '.join(map(str, lit))}: {blocked} of {aimed} rays blocked"
     layers.append(Label(-half, half, words, "warning" if blocked else "dim", "right below"))
@@ -187,7 +188,7 @@ def _table(table: list[tuple[str, str, str]]) -> None:
         y, x = corner.y + math.floor(0.5 * (_pitch() - line)), corner.x + theme.em(LABEL)
         draw.add_text(ImVec2(corner.x, y), theme.packed(colour.dim), name)
         if name == "Colour":
-            light = [float(part.replace("−", "-")) for part in value.split()]
+            light = [float(number.replace("−", "-")) for number in value.split()]
             red, green, blue = (float(code) for code in tone.srgb(np.clip(light, 0.0, 1.0)))
             draw.add_rect_filled(ImVec2(x, y + 2.0 * theme.scale()), ImVec2(x + line, y + line),
                                  theme.packed((red, green, blue, 1.0)), 2.0 * theme.scale())

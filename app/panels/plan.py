@@ -116,23 +116,23 @@ def _pointed(settings: Settings, state: PlanState, links: Pointed, depth: float)
     state.pixel_rays = 0
     if raster is not None:
         try:
-            seen = beam(settings, raster)
+            rays = beam(settings, raster)
         except (ValueError, OSError):           # the panel “Pixel” says why
             return ()
-        ways = np.minimum(seen.ends, 2.0 * depth)[:, None] * seen.directions
+        ways = np.minimum(rays.ends, 2.0 * depth)[:, None] * rays.directions
         layers += [Curve.through("", above(np.stack([origin, origin + way])), "text", weight=1.0)
-                   for origin, way in zip(seen.origins, ways, strict=True)]
+                   for origin, way in zip(rays.origins, ways, strict=True)]
         state.pixel_rays = len(layers)
-        if seen.target is not None:
-            layers.append(_point(seen.target, "strong", "circle", 3.5))
+        if rays.target is not None:
+            layers.append(_point(rays.target, "strong", "circle", 3.5))
     if links.ray is not None and links.ray.target is not None:
         layers.append(_point(links.ray.target, "chart1", "ring", 5.0))
     return tuple(layers)
 
 
-def _point(at: np.ndarray, tint: str, shape: str, size: float) -> Points:
+def _point(point: np.ndarray, tint: str, shape: str, size: float) -> Points:
     """A mark at a point of the world (mm)."""
-    x, y = above(at)
+    x, y = above(point)
     return Points("", np.array([x]), np.array([y]), tint, shape, size=size)
 
 

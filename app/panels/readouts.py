@@ -10,7 +10,7 @@ from lensbench.app.bench.build import coating, design, focus_text, picture_wavel
 from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.readouts import SOFT, Readings, colours
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import paragraph
+from lensbench.app.drawing.controls import paragraph, wrapped_tooltip
 from lensbench.app.plots.comparison import difference
 from lensbench.app.settings.setting_table import LIMITS
 from lensbench.app.settings.settings import Settings
@@ -44,7 +44,7 @@ class Row:
 
 @dataclass(frozen=True)
 class PairedRow:
-    """One read-out of A and B in words, and B less A, or "" where the two read alike or are no single numbers."""
+    """One read-out of A and B in words, and B less A, or "" where the two read the same or are no single numbers."""
 
     name: str
     a: str
@@ -59,7 +59,7 @@ def readouts_panel(settings: Settings, status: Status, other: Settings | None = 
                    other_status: Status | None = None) -> None:
     """Draw the table in the rest of the window.
 
-    other: the settings A while they are compared; their figures are shown before those of the present settings.
+    other: the settings A while they are compared; their figures are shown before those of the current settings.
     """
     width = imgui.get_content_region_avail().x
     if width < 24.0:
@@ -78,7 +78,7 @@ def readouts_panel(settings: Settings, status: Status, other: Settings | None = 
         corner = imgui.get_cursor_screen_pos()
         imgui.dummy(ImVec2(width, pitch))
         if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-            _explain(row)
+            wrapped_tooltip([row.meaning], 24.0)
         y = corner.y + math.floor(0.5 * (pitch - line))
         right = corner.x + width - unit_width
         extent = imgui.calc_text_size(row.value).x
@@ -117,7 +117,7 @@ def _compared(settings: Settings, status: Status, other: Settings, other_status:
         corner = imgui.get_cursor_screen_pos()
         imgui.dummy(ImVec2(width, (2.0 if wide else 1.0) * pitch))
         if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
-            _explain(Row(row.name, "", "", f"{row.meaning}\n\nA {row.a} {row.unit}\nB {row.b} {row.unit}"))
+            wrapped_tooltip([f"{row.meaning}\n\nA {row.a} {row.unit}\nB {row.b} {row.unit}"], 24.0)
         y = corner.y + math.floor(0.5 * (pitch - line))
         draw.add_text(ImVec2(corner.x, y), theme.packed(colour.dim), theme.shortened(row.name, names))
         places = ((row.a, width, 0.0), (row.b, width, pitch)) if wide else \
@@ -136,20 +136,20 @@ def columns(width: float, names: float, apart: float) -> tuple[float, tuple[floa
     """Width of the columns of A and B, and where they end; pixels.
 
     width: of the panel. names, apart: of the names at the left and of the differences at the right, with their gap; all
-    three columns are alike where these leave room.
+    three columns are equally wide where these leave room.
     """
     column = (width - names - max(apart, (width - names) / 3.0)) / 2.0
     return column, (names + column, names + 2.0 * column)
 
 
 def paired_rows(settings: Settings, status: Status, other: Settings, other_status: Status) -> list[PairedRow]:
-    """The rows of two settings by their names, in the order of the present ones.
+    """The rows of two settings by their names, in the order of the current ones.
 
     What follows a comma in a name, as the coating of a T-stop, may differ; the meaning alone then has it.
     """
     mine = rows(settings, readings(settings), status)
     theirs = {_key(row): row for row in rows(other, readings(other), other_status)}
-    found = []
+    pairs = []
     for row in mine:
         a = theirs.pop(_key(row), None)
         value, b = (a.value if a is not None else NONE), row.value
@@ -158,35 +158,27 @@ def paired_rows(settings: Settings, status: Status, other: Settings, other_statu
         apart += f" {row.unit}" if apart and row.unit and apart[-1].isdigit() else ""
         name = row.name if a is None or a.name == row.name else _key(row)
         meaning = row.meaning if name == row.name or a is None else f"{row.meaning}\n\nA: {a.name}. B: {row.name}"
-        found.append(PairedRow(name, value, b, apart, row.unit, meaning, row.gap))
-    found += [PairedRow(row.name, row.value, NONE, "", row.unit, row.meaning) for row in theirs.values()]
-    return found
+        pairs.append(PairedRow(name, value, b, apart, row.unit, meaning, row.gap))
+    pairs += [PairedRow(row.name, row.value, NONE, "", row.unit, row.meaning) for row in theirs.values()]
+    return pairs
 
 
 def _key(row: Row) -> str:
     return row.name.partition(",")[0]
 
 
-def _explain(row: Row) -> None:
-    if imgui.begin_tooltip():
-        imgui.push_text_wrap_pos(theme.em(24))
-        imgui.text_unformatted(row.meaning)
-        imgui.pop_text_wrap_pos()
-        imgui.end_tooltip()
-
-
 def own(settings: Settings, table: list[Row]) -> list[Row]:
     """The rows with a value; for a camera with a lens all rows, so that none moves while a dial turns."""
     if settings.has_lens and settings.has_stop:
         return table
-    found: list[Row] = []
+    rows: list[Row] = []
     gap = False
     for row in table:
         gap = gap or row.gap
         if row.value != NONE:
-            found.append(replace(row, gap=gap and bool(found)))
+            rows.append(replace(row, gap=gap and bool(rows)))
             gap = False
-    return found
+    return rows
 
 
 def rows(settings: Settings, got: Readings, status: Status) -> list[Row]:

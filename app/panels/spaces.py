@@ -28,7 +28,7 @@ NEAR, FAR = 100.0, 100_000.0    # mm: the planes between which the screen's z ru
 DIGITS = {"raster": 1, "ndc": 4, "screen": 3, "film": 3, "camera": 3, "world": 3}
 
 
-def spaces_panel(settings: Settings, at: tuple[float, float], depth: NDArray[np.float32] | None,
+def spaces_panel(settings: Settings, raster: tuple[float, float], depth: NDArray[np.float32] | None,
                  image: NDArray[np.float32] | None) -> bool:
     """Draw the table of the raster point `at`; whether the intrinsics are to be saved to a file.
 
@@ -40,31 +40,28 @@ def spaces_panel(settings: Settings, at: tuple[float, float], depth: NDArray[np.
         paragraph(str(error))
         return False
     text, pixels = intrinsics(of), intrinsic_rows(of)
-    pitch = _table([*rows(of, at, depth), *_object(settings, of, at, depth), *_values(settings, at, image), *pixels])
+    pitch = _table([*rows(of, raster, depth), *_object(settings, of, raster, depth),
+                    *_values(settings, raster, image), *pixels])
     return text is not None and _kept(text, len(pixels) * pitch, pitch)
 
 
-@lru_cache(maxsize=2)
-def _camera(settings: Settings) -> lb.Camera:
-    return camera(settings)
-
-
+_camera, _sees_behind = lru_cache(maxsize=2)(camera), lru_cache(maxsize=2)(sees_behind)
 Row = tuple[str, tuple[str, ...], str, str]         # name, numbers, unit, meaning
 
 
-def rows(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> list[Row]:
+def rows(of: lb.Camera, raster: tuple[float, float], depth: NDArray[np.float32] | None) -> list[Row]:
     """The point in each space."""
-    found = of.places([at], math.nan)
+    places = of.places([raster], math.nan)
     flat = (
-        ("Raster", found.raster[0], DIGITS["raster"], "px", "Pixels from the upper left corner; their middles at +½"),
-        ("NDC", found.ndc[0], DIGITS["ndc"], "", "Normalised device coordinates: 0 to 1 across and down the picture"),
-        ("Screen", found.screen[0], DIGITS["screen"], "", "The shorter side of the picture spans −1 to 1, y up"),
-        ("Film", found.film[0][:2], DIGITS["film"], "mm", "Point on the film; the image is upside down"),
+        ("Raster", places.raster[0], DIGITS["raster"], "px", "Pixels from the upper left corner; their middles at +½"),
+        ("NDC", places.ndc[0], DIGITS["ndc"], "", "Normalised device coordinates: 0 to 1 across and down the picture"),
+        ("Screen", places.screen[0], DIGITS["screen"], "", "The shorter side of the picture spans −1 to 1, y up"),
+        ("Film", places.film[0][:2], DIGITS["film"], "mm", "Point on the film; the image is upside down"),
     )
     table = [(name, tuple(number(value, digits) for value in values), unit, meaning)
              for name, values, digits, unit, meaning in flat]
-    deep = along(of, at, depth)
-    points = of.places([at], deep) if deep is not None else found
+    deep = along(of, raster, depth)
+    points = of.places([raster], deep) if deep is not None else places
     for name, values, meaning in (
             ("Camera", points.camera[0], "Camera frame: x right, y up, the camera looks along −z"),
             ("World", points.world[0], "World frame, in which the scene is laid out")):
@@ -77,18 +74,19 @@ def rows(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | No
     return table
 
 
-def _object(settings: Settings, of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> list[Row]:
+def _object(settings: Settings, of: lb.Camera, raster: tuple[float, float],
+            depth: NDArray[np.float32] | None) -> list[Row]:
     """The point in the frame of the object that it lies on."""
-    scene, deep = cached_scene(settings.scene), along(of, at, depth)
-    ray = of.with_open_stop.generate_rays([at], [of.pupil_centre])
+    scene, deep = cached_scene(settings.scene), along(of, raster, depth)
+    ray = of.with_open_stop.generate_rays([raster], [of.pupil_centre])
     if deep is not None and not settings.moves and of.medium is None:       # to the last digit, and not to a pixel
         deep = float(scene.distance(ray.origins, ray.directions)[0])
-    found = None
+    thing = None
     if deep is not None and math.isfinite(deep):
-        found = thing_at(scene.objects, ray.origins[0] + deep * ray.directions[0], settings.moment)
-    if found is None:
+        thing = thing_at(scene.objects, ray.origins[0] + deep * ray.directions[0], settings.moment)
+    if thing is None:
         return [("Object", (NONE,), "m", "Frame of an object of the scene: only sky or floor is seen here")]
-    name, point = found
+    name, point = thing
     return [("Object", tuple(number(value / 1000.0, 3) for value in point), "m",
              f"Frame of the {name} that is seen here; its centre is the origin")]
 
@@ -110,28 +108,23 @@ def _screen_z(of: lb.Camera, z: float) -> list[Row]:
     return [("Screen z", (number(value, 5), significant(step, 2)), "µm", meaning)]
 
 
-def along(of: lb.Camera, at: tuple[float, float], depth: NDArray[np.float32] | None) -> float | None:
+def along(of: lb.Camera, raster: tuple[float, float], depth: NDArray[np.float32] | None) -> float | None:
     """Distance (mm) along the ray of a raster point to the object there; None for sky, no light, or no valid depth.
 
     depth: (h, w) as `lb.depth_map` has it: along the axis, or along the ray of a camera that sees behind itself.
     """
     if depth is None or depth.shape != (of.film.pixels_y, of.film.pixels_x):
         return None
-    x, y = (min(max(int(place), 0), size - 1) for place, size in zip(at, depth.shape[::-1], strict=True))
+    x, y = (min(max(int(coordinate), 0), size - 1) for coordinate, size in zip(raster, depth.shape[::-1], strict=True))
     deep = float(depth[y, x])
     if not math.isfinite(deep):
         return None
-    ray, distance = of.with_open_stop.generate_rays([at], [of.pupil_centre]), deep
+    ray, distance = of.with_open_stop.generate_rays([raster], [of.pupil_centre]), deep
     if not _sees_behind(of):
-        frame = np.linalg.inv(np.reshape(of.placement(0.0, np.array([at])), (4, 4)))
+        frame = np.linalg.inv(np.reshape(of.placement(0.0, np.array([raster])), (4, 4)))
         start, direction = frame[2, :3] @ ray.origins[0] + frame[2, 3], frame[2, :3] @ ray.directions[0]
         distance = (-deep - start) / direction if direction != 0.0 else math.nan
     return distance if ray.weights[0] > 0.0 and math.isfinite(distance) and distance > 0.0 else None
-
-
-@lru_cache(maxsize=2)
-def _sees_behind(of: lb.Camera) -> bool:
-    return sees_behind(of)
 
 
 def number(value: float, digits: int) -> str:
@@ -139,12 +132,13 @@ def number(value: float, digits: int) -> str:
     return true_minus(fixed(value, digits)) if math.isfinite(value) else NONE
 
 
-def _values(settings: Settings, at: tuple[float, float], image: NDArray[np.float32] | None) -> list[Row]:
+def _values(settings: Settings, raster: tuple[float, float], image: NDArray[np.float32] | None) -> list[Row]:
     """Row of the pixel's values."""
-    if image is None or not (0 <= at[1] < image.shape[0] and 0 <= at[0] < image.shape[1]):
+    if image is None or not (0 <= raster[1] < image.shape[0] and 0 <= raster[0] < image.shape[1]):
         return []
     name = "Light" if settings.view == "picture" else VIEWS[settings.view]
-    return [(name, tuple(true_minus(significant(value, 3)) for value in image[int(at[1]), int(at[0])].tolist()), "",
+    values = image[int(raster[1]), int(raster[0])].tolist()
+    return [(name, tuple(true_minus(significant(value, 3)) for value in values), "",
              "Red, green and blue of the pixel, linear, as it was rendered" if settings.view == "picture" else
              "The quantity that this view shows, as an EXR file stores it")]
 
@@ -180,20 +174,20 @@ def _table(table: list[Row]) -> float:
 def intrinsic_rows(of: lb.Camera) -> list[Row]:
     """The intrinsics as rows."""
     try:
-        found = of.intrinsics
+        intrinsics = of.intrinsics
     except lb.CameraError as error:
         return [("Intrinsics", (NONE,), "", f"Focal length and principal point: none; {error}")]
-    middle = ("cx, cy", (number(found.cx, 1), number(found.cy, 1)), "px",
+    middle = ("cx, cy", (number(intrinsics.cx, 1), number(intrinsics.cy, 1)), "px",
               "Intrinsics: the principal point, where the axis meets the picture")
     if of.gaussian.slope_film == 0.0:               # an orthographic camera
-        return [("fx, fy", (significant(found.fx, 4), significant(found.fy, 4)), "px/mm",
+        return [("fx, fy", (significant(intrinsics.fx, 4), significant(intrinsics.fy, 4)), "px/mm",
                  "Intrinsics of parallel rays: pixels across and down that a millimetre of the scene covers"), middle]
-    return [("fx, fy", (number(found.fx, 1), number(found.fy, 1)), "px",
+    return [("fx, fy", (number(intrinsics.fx, 1), number(intrinsics.fy, 1)), "px",
              "Intrinsics: the focal length in pixels across and down; of a lens, that of its first order"), middle]
 
 
 def _kept(text: str, up: float, height: float) -> bool:
-    """Buttons beside the intrinsics, so far up from here; whether these are to be saved."""
+    """Buttons next to the intrinsics, so far up from here; whether these are to be saved."""
     after = imgui.get_cursor_screen_pos()
     imgui.set_cursor_screen_pos(ImVec2(after.x + theme.em(4.0), after.y - up))
     imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(theme.em(0.25), 0.0))
@@ -201,8 +195,8 @@ def _kept(text: str, up: float, height: float) -> bool:
         imgui.set_clipboard_text(text)
     imgui.set_item_tooltip("Copy intrinsics and pose as JSON")
     imgui.same_line(0.0, theme.em(0.2))
-    wanted = imgui.button(fa.ICON_FA_FLOPPY_DISK + "###Save intrinsics", ImVec2(0.0, height))
+    is_pressed = imgui.button(fa.ICON_FA_FLOPPY_DISK + "###Save intrinsics", ImVec2(0.0, height))
     imgui.set_item_tooltip("Save intrinsics and pose as JSON")
     imgui.pop_style_var()
     imgui.set_cursor_screen_pos(after)
-    return wanted
+    return is_pressed

@@ -21,7 +21,7 @@ from lensbench.app.studies.stability.plots import FAMILIES, method_name, method_
 from lensbench.app.studies.stability.sweep import Curve as SweepCurve, Sweep, quantity_text
 from lensbench.app.workers.study_workers import Key, StabilityWorker
 
-LIST = 25.0                     # em: width of the column beside the plot
+LIST = 25.0                     # em: width of the column next to the plot
 LARGEST = 1e290                 # end of an axis: a number holds also what the wheel shows beyond
 MARGIN = 0.03                   # of the horizontal axis, beyond the values
 
@@ -43,12 +43,12 @@ def stability_panel(worker: StabilityWorker, state: StabilityState) -> None:
         return
     theme.small()
     gap = theme.em(0.6)
-    beside = size.x > theme.em(31.0)
-    column = min(theme.em(LIST), 0.5 * size.x) if beside else size.x
-    plot_size = ImVec2(size.x - column - gap, size.y) if beside else ImVec2(size.x, 0.5 * size.y)
+    wide = size.x > theme.em(31.0)
+    column = min(theme.em(LIST), 0.5 * size.x) if wide else size.x
+    plot_size = ImVec2(size.x - column - gap, size.y) if wide else ImVec2(size.x, 0.5 * size.y)
     corner = imgui.get_cursor_screen_pos()
-    left = corner.x + (plot_size.x + gap if beside else 0.0)
-    imgui.set_cursor_screen_pos(ImVec2(left, corner.y + (0.0 if beside else plot_size.y + gap)))
+    left = corner.x + (plot_size.x + gap if wide else 0.0)
+    imgui.set_cursor_screen_pos(ImVec2(left, corner.y + (0.0 if wide else plot_size.y + gap)))
     key = _choice(column, state)
     worker.want(key)
     sweep = worker.found.get(key)
@@ -102,21 +102,21 @@ def _methods(sweep: Sweep, state: StabilityState) -> None:
     colour, tinted, draw = theme.colours(), _tints(sweep), imgui.get_window_draw_list()
     pixel, line = theme.scale(), imgui.get_text_line_height_with_spacing()
     for curve in sweep.curves:
-        at, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
+        corner, room = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x
         if imgui.selectable(f"###{curve.name}", curve.name == state.method, 0, ImVec2(0.0, line - 5.0 * pixel))[0]:
             state.method = "" if curve.name == state.method else curve.name
         if imgui.is_item_hovered():
             _method_tooltip(sweep, curve)
-        middle = at.y + 0.5 * imgui.get_text_line_height()
-        for piece in pieces(np.array([[at.x, middle], [at.x + 22.0 * pixel, middle]]),
+        middle = corner.y + 0.5 * imgui.get_text_line_height()
+        for piece in pieces(np.array([[corner.x, middle], [corner.x + 22.0 * pixel, middle]]),
                             *(length * pixel for length in _dash(curve))):
             draw.add_polyline(piece, theme.packed(colour_of(tinted[method_name(curve)])),
                               (2.0 if curve.own else 1.0) * pixel, imgui.ImDrawFlags_.none)
         safe, fails, _ = sweep.words(curve)
         word = "holds" if fails == "never" else f"fails at {fails}"
         wide = imgui.calc_text_size(word).x
-        text(draw, ImVec2(at.x + room, at.y), colour.dim if fails == "never" else colour.text, word, right=True)
-        text(draw, ImVec2(at.x + 28.0 * pixel, at.y), colour.strong if curve.own else colour.dim,
+        text(draw, ImVec2(corner.x + room, corner.y), colour.dim if fails == "never" else colour.text, word, right=True)
+        text(draw, ImVec2(corner.x + 28.0 * pixel, corner.y), colour.strong if curve.own else colour.dim,
              theme.shortened(curve.name, room - wide - 36.0 * pixel))
     imgui.spacing()
     paragraph(sweep.note)
@@ -160,10 +160,10 @@ def sweep_plot(sweep: Sweep, method: str) -> Plot:
         layers.append(Curve(curve.name, sweep.values, y, tints[method_name(curve)], _dash(curve),
                             (2.0 if curve.own else 1.0) + (1.0 if curve.name == method else 0.0)))
     for curve, y in zip(sweep.curves, shown, strict=True):
-        at = sweep.failure(curve)
-        if at is not None:
-            x = float(sweep.values[at])
-            layers.append(Points("", np.array([x]), np.array([y[at] if np.isfinite(y[at]) else sweep.limit]),
+        failure = sweep.failure(curve)
+        if failure is not None:
+            x = float(sweep.values[failure])
+            layers.append(Points("", np.array([x]), np.array([y[failure] if np.isfinite(y[failure]) else sweep.limit]),
                                  tints[method_name(curve)], "cross", size=4.5))
             if curve.name == method:                    # what is returned there
                 _, fails, returns = sweep.words(curve)
@@ -188,7 +188,7 @@ def _ends(sweep: Sweep) -> tuple[float, float]:
 def _words(sweep: Sweep, x: float, _: float) -> str:
     """The errors of all methods at the value nearest to a place."""
     away = sweep.values - x if sweep.linear else np.log(sweep.values / max(x, TINY))
-    at = int(np.argmin(np.abs(away)))
-    lines = [f"{sweep.axis} {quantity_text(float(sweep.values[at]), sweep.unit)}"]
+    row = int(np.argmin(np.abs(away)))
+    lines = [f"{sweep.axis} {quantity_text(float(sweep.values[row]), sweep.unit)}"]
     return "\n".join(lines + [f"{curve.name}   " + (
-        curve.returned[at] or quantity_text(float(curve.errors[at]), sweep.measure_unit)) for curve in sweep.curves])
+        curve.returned[row] or quantity_text(float(curve.errors[row]), sweep.measure_unit)) for curve in sweep.curves])

@@ -27,10 +27,11 @@ from lensbench.app.settings.settings import Settings
 TURN = math.radians(0.35)       # per pixel of a drag at a scale of 1
 ZOOM = 1.15                     # per click of the wheel
 VIEWS = {"lens": "Lens", "scene": "Scene", "side": "Side"}
-TIPS = {"lens": "The lens, its rays and the film", "scene": "The camera and what lies before it, from above and beside",
+TIPS = {"lens": "The lens, its rays and the film",
+        "scene": "The camera and what lies before it, obliquely from above",
         "side": "The scene as seen from the side: the camera at the right, what is far at the left"}
 SIDE = Eye(yaw=math.radians(-90.0), pitch=math.radians(4.0))
-OPAQUE, FADED = 1.0, 0.3         # opacity, also of the fans beside a pixel's rays
+OPAQUE, FADED = 1.0, 0.3         # opacity, also of the fans shown with a pixel's rays
 
 
 @dataclass
@@ -78,11 +79,11 @@ def view_3d_panel(settings: Settings, links: Pointed, state: View3DState,
     window.add_image(imgui.ImTextureRef(texture), corner, ImVec2(corner.x + size.x, corner.y + size.y),
                      ImVec2(0.0, 1.0), ImVec2(1.0, 0.0))
     theme.small()
-    at = ImVec2(corner.x + theme.em(0.4), corner.y + theme.em(0.3))
+    origin = ImVec2(corner.x + theme.em(0.4), corner.y + theme.em(0.3))
     wide = sum(imgui.calc_text_size(name).x + 2.0 * imgui.get_style().frame_padding.x for name in VIEWS.values())
-    window.add_rect_filled(at, ImVec2(at.x + wide + 4.0 * theme.scale(), at.y + imgui.get_frame_height()),
+    window.add_rect_filled(origin, ImVec2(origin.x + wide + 4.0 * theme.scale(), origin.y + imgui.get_frame_height()),
                            theme.packed(theme.colours().well, 0.75), 3.0 * theme.scale())
-    imgui.set_cursor_screen_pos(at)
+    imgui.set_cursor_screen_pos(origin)
     chosen = toggles("View", VIEWS, state.shown, TIPS, 0.0)
     if chosen != state.shown:
         state.shown, state.fitted_to = chosen, ()
@@ -136,16 +137,16 @@ def _fitted(settings: Settings, shown: Sketch | None, chosen: str, size: ImVec2,
 
 
 def composed(settings: Settings, shown: Sketch | None, links: Pointed, state: View3DState) -> Drawing:
-    """The parts and lines with their colours in the present theme. shown: the section, None without a lens."""
+    """The parts and lines with their colours in the current theme. shown: the section, None without a lens."""
     colour, memo, pixel = theme.colours(), state.memo, theme.scale()
     memo.begin_frame()
     solids: list[Solid] = []
     lines: list[Line] = []
     problems = []
     things, edges = scene_parts(settings)
-    solids += [Solid(part, _thing(part), of_world=True) for part in things]
-    lines += [Line(each, (*colour.faint[:3], 0.6 if each.kind == "edge" else 0.28), pixel, of_world=True)
-              for each in edges]
+    solids += [Solid(solid, _thing(solid), of_world=True) for solid in things]
+    lines += [Line(line, (*colour.faint[:3], 0.6 if line.kind == "edge" else 0.28), pixel, of_world=True)
+              for line in edges]
 
     # The camera: film, lens, rays
     film, film_pose = settings.film, settings.film_pose
@@ -156,14 +157,14 @@ def composed(settings: Settings, shown: Sketch | None, links: Pointed, state: Vi
     if shown is None:
         problems.append("This camera has no lens")
     else:
-        for part in memo.of(("lens", shown), lambda: lens_parts(shown)):
-            solids.append(_lens_solid(part, shown.ideal, links.surfaces))
+        for solid in memo.of(("lens", shown), lambda: lens_parts(shown)):
+            solids.append(_lens_solid(solid, shown.ideal, links.surfaces))
         if shown.lens is not None:
             lines.append(Line(lens_outlines(shown.lens, shown.film_z), (*colour.glass_outline[:3], 0.9), pixel))
-        for each in memo.of(("fans", shown, settings.focus_distance),
+        for line in memo.of(("fans", shown, settings.focus_distance),
                             lambda: fan_lines(shown, settings.focus_distance)):
-            tint = getattr(colour, each.kind)
-            lines.append(Line(each, (*tint[:3], FADED if links.pixel(film.pixels_x, film.pixels_y) else 0.7), pixel))
+            tint = getattr(colour, line.kind)
+            lines.append(Line(line, (*tint[:3], FADED if links.pixel(film.pixels_x, film.pixels_y) else 0.7), pixel))
     lines += _pointed_lines(settings, shown, links, memo, problems, pixel)
 
     # What is in focus
@@ -184,43 +185,43 @@ def composed(settings: Settings, shown: Sketch | None, links: Pointed, state: Vi
 def _pointed_lines(settings: Settings, shown: Sketch | None, links: Pointed, memo: FrameMemo, problems: list[str],
                    pixel: float) -> list[Line]:
     """The beam of the pointed pixel, and the pointed ray."""
-    colour, found = theme.colours(), []
+    colour, lines = theme.colours(), []
     raster = links.pixel(settings.film.pixels_x, settings.film.pixels_y)
     if raster is not None:
         try:
-            each = memo.of(("pixel", replace(settings, seed=0), raster), lambda: pixel_lines(settings, raster))
-            found.append(Line(each, (*colour.strong[:3], 0.9), 1.2 * pixel))
+            segments = memo.of(("pixel", replace(settings, seed=0), raster), lambda: pixel_lines(settings, raster))
+            lines.append(Line(segments, (*colour.strong[:3], 0.9), 1.2 * pixel))
         except (ValueError, OSError) as error:
             problems.append(str(error))
     if links.surfaces and shown is not None:
-        each = memo.of(("lost", shown, links.surfaces), lambda: lost_lines(shown, links.surfaces))
-        found.append(Line(each, (*colour.warning[:3], 1.0), 1.5 * pixel))
+        segments = memo.of(("lost", shown, links.surfaces), lambda: lost_lines(shown, links.surfaces))
+        lines.append(Line(segments, (*colour.warning[:3], 1.0), 1.5 * pixel))
     if links.ray is not None and shown is not None and not shown.ideal:
         ray = links.ray
-        each = memo.of(("ray", ray), lambda: pointed_line(ray, shown.film_z))
+        segments = memo.of(("ray", ray), lambda: pointed_line(ray, shown.film_z))
         tint = colour.warning if ray.surface >= 0 else theme.pointed()
-        found.append(Line(each, (*tint[:3], 1.0), 2.5 * pixel))
-    return found
+        lines.append(Line(segments, (*tint[:3], 1.0), 2.5 * pixel))
+    return lines
 
 
-def _lens_solid(part: Part, ideal: bool, lit: tuple[int, ...]) -> Solid:
+def _lens_solid(shape: Part, ideal: bool, lit: tuple[int, ...]) -> Solid:
     """A part of the lens in its colour; lit: surfaces under the mouse in the section, whose glass is opaque."""
     colour = theme.colours()
-    if set(lit) & set(part.surfaces) and (len(lit) < 2 or part.surfaces == lit):
-        return Solid(part, (*colour.strong[:3], 0.9 if part.kind == "cut" else 0.35), 0.5)
-    if part.glass is None:
-        return Solid(part, (*colour.strong[:3], OPAQUE))
-    red, green, blue = (min(1.15 * c + 0.05, 1.0) for c in colour.glass(*part.glass)[:3])
-    if part.kind == "cut":
-        return Solid(part, (red, green, blue, 0.4 if ideal else 0.8))
-    return Solid(part, (red, green, blue, 0.22), 0.3 if ideal else 0.7)
+    if set(lit) & set(shape.surfaces) and (len(lit) < 2 or shape.surfaces == lit):
+        return Solid(shape, (*colour.strong[:3], 0.9 if shape.kind == "cut" else 0.35), 0.5)
+    if shape.glass is None:
+        return Solid(shape, (*colour.strong[:3], OPAQUE))
+    red, green, blue = (min(1.15 * c + 0.05, 1.0) for c in colour.glass(*shape.glass)[:3])
+    if shape.kind == "cut":
+        return Solid(shape, (red, green, blue, 0.4 if ideal else 0.8))
+    return Solid(shape, (red, green, blue, 0.22), 0.3 if ideal else 0.7)
 
 
-def _thing(part: Part) -> Rgba:
+def _thing(shape: Part) -> Rgba:
     """The colour of a thing of the scene, or the white of one that shines."""
-    if part.tint is None or part.kind == "shining":
-        return (1.0, 0.97, 0.88, 0.45) if part.kind == "shining" else (0.6, 0.6, 0.6, OPAQUE)
-    red, green, blue = (float(code) for code in tone.srgb(np.clip(np.array(part.tint), 0.02, 0.9)))
+    if shape.tint is None or shape.kind == "shining":
+        return (1.0, 0.97, 0.88, 0.45) if shape.kind == "shining" else (0.6, 0.6, 0.6, OPAQUE)
+    red, green, blue = (float(code) for code in tone.srgb(np.clip(np.array(shape.tint), 0.02, 0.9)))
     return red, green, blue, OPAQUE
 
 

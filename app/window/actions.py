@@ -49,7 +49,7 @@ class Action:
     @property
     def chords(self) -> tuple[int, ...]:
         """The keys as chords of imgui; “?” is no key on every keyboard, and is read as a character."""
-        return tuple(chord(*(KEYS[part] for part in text.split("+")))
+        return tuple(chord(*(KEYS[name] for name in text.split("+")))
                      for text in self.keys.split(" or ") if text and text != "?")
 
 
@@ -79,9 +79,10 @@ def reset_all(state: WindowState) -> None:
 
 def toggle_pin(state: WindowState) -> None:
     """Unpin the pinned pixel, or pin the one under the mouse, or the one that the mouse was on last."""
-    at, film = state.view.links.hover or state.view.pointed, state.history.present.film
-    if state.view.links.pinned is not None or at is not None:
-        state.view.links.toggle_pin((at[0] / film.pixels_x, at[1] / film.pixels_y) if at is not None else (0.0, 0.0))
+    point, film = state.view.links.hover or state.view.pointed, state.history.present.film
+    if state.view.links.pinned is not None or point is not None:
+        x, y = point or (0.0, 0.0)
+        state.view.links.toggle_pin((x / film.pixels_x, y / film.pixels_y))
 
 
 def reset_camera(state: WindowState) -> None:
@@ -161,10 +162,6 @@ def _requested(request: Request) -> Callable[[WindowState], None]:
     return lambda state: state.requests.add(request)
 
 
-def _has_lens(state: WindowState) -> bool:
-    return state.history.present.has_lens
-
-
 def _is_edited(state: WindowState) -> bool:
     return bool(state.history.present.edited)
 
@@ -191,7 +188,8 @@ RUNS: dict[str, Callable[[WindowState], None] | Request] = {
     "Quit": _quit}
 ENABLED: dict[str, Callable[[WindowState], bool]] = {
     "Undo": lambda state: state.history.can_undo, "Redo": lambda state: state.history.can_redo,
-    "Save lens…": _has_lens, "Save lens edits": _is_edited, "Revert lens": _is_edited,
+    "Save lens…": lambda state: state.history.present.has_lens,
+    "Save lens edits": _is_edited, "Revert lens": _is_edited,
     "Pin pixel": lambda state: state.view.links.pinned is not None or state.view.pointed is not None}
 CHECKED: dict[str, Callable[[WindowState], bool]] = {
     "Pin pixel": lambda state: state.view.links.pinned is not None,

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 # Panels by name, and the file in `panels.analysis` that draws each, loaded when one is first shown
 PANELS = {
     "Spots": "plots", "Ray fans": "plots", "Field curves": "plots", "MTF": "plots", "MTF map": "plots",
-    "Point spread": "point_spread", "Bokeh": "point_spread", "Sunstar": "plots", "Ghosts": "ghosts",
+    "Point spread": "points_of_light", "Bokeh": "points_of_light", "Sunstar": "plots", "Ghosts": "points_of_light",
     "Depth of field": "plots", "Wavefront": "plots", "Seidel": "plots", "On the axis": "plots", "Focus shift": "plots",
     "Illumination": "plots", "Sensor stack": "plots", "Tolerances": "plots",
 }
@@ -93,7 +93,7 @@ class Analyses:
         """What the panels drawn last will ask for, where that has changed."""
         if settings is self._asked_of:
             return NO_JOBS
-        self._asked_of, found = settings, {}
+        self._asked_of, jobs = settings, {}
         if "states" not in vars(self):                  # nothing has been drawn
             return NO_JOBS
         for name, state in self.states.items():
@@ -103,9 +103,9 @@ class Analyses:
                 state.forget()
                 continue
             with suppress(ValueError, OSError, NotCompiledError):           # the panel says so
-                found[name] = state.job(settings)
+                jobs[name] = state.job(settings)
         self.worker.forget()
-        return found
+        return jobs
 
     def handed_over(self) -> None:
         """A frame is built, and its drawing need not wait for the interpreter."""
@@ -114,7 +114,7 @@ class Analyses:
             self._handed = update.generation
 
     def _picture_waits(self) -> bool:
-        """Whether no frame holds a picture of the present settings: it comes before the figures."""
+        """Whether no frame holds a picture of the current settings: it comes before the figures."""
         worker = self._window.worker
         return worker.generation != self._handed and worker.error is None
 

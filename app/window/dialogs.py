@@ -16,7 +16,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui, portable_file_dialo
 
 from lensbench.app.bench.constraints import with_longer_side
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import paragraph, radio
+from lensbench.app.drawing.controls import paragraph, radio, warning
 from lensbench.app.panels.snapshots import task_progress
 from lensbench.app.session.notices import Request
 from lensbench.app.session.picture_render import export_render
@@ -147,14 +147,14 @@ class FilePrompt:
         imgui.align_text_to_frame_padding()
         paragraph(str(self._folder))
         if imgui.begin_child("Files", ImVec2(0.0, theme.em(17.0)), imgui.ChildFlags_.frame_style):
-            found: list[Path] = []
+            paths: list[Path] = []
             try:
-                found = _content(self._folder, question.suffixes)
-                if not found:
+                paths = _content(self._folder, question.suffixes)
+                if not paths:
                     paragraph(f"No files of these types here: {' '.join(question.suffixes)}")
             except OSError as error:
                 paragraph(f"This folder cannot be read: {error.strerror or error}")
-            for path in found:
+            for path in paths:
                 folder = os.path.isdir(path)
                 icon = fa.ICON_FA_FOLDER if folder else "     "
                 if imgui.selectable(f"{icon}  {path.name}###{path.name}", path.name == self._text,
@@ -174,7 +174,7 @@ class FilePrompt:
         path = self._folder / os.path.expanduser(self._text.strip() or ".")
         problem = self._problem or (replaced(_saved_as(path, question)) if question.save and path.name else "")
         if problem:
-            _warn(problem)
+            warning(problem)
         verb = "Save" if question.save else "Open"
         if imgui.button(verb, ImVec2(theme.em(6.0), 0.0)) or entered:
             if os.path.isdir(path):
@@ -220,12 +220,12 @@ def centre_next(width: float) -> None:
 
 
 class ExportDialog:
-    """Export: the present picture at once, or any size and number of samples rendered in the background."""
+    """Export: the current picture at once, or any size and number of samples rendered in the background."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None):
         self.path = Path("lensbench.png").resolve()
         self.wants_path = False                 # Browse was pressed
-        self.wants_present: tuple[Path, int] | None = None      # path and bits of the present picture, to be saved
+        self.wants_current: tuple[Path, int] | None = None      # path and bits of the current picture, to be saved
         self._settings: Settings | None = None
         self._format = "PNG, 8 bits"
         self._open = False
@@ -333,7 +333,7 @@ class ExportDialog:
         problem = replaced(with_format(path, suffix)) if named else "Give the file a name"
         if problem:
             _label("", indent)
-            _warn(problem)
+            warning(problem)
 
         # The buttons
         imgui.dummy(ImVec2(0.0, theme.em(0.3)))
@@ -346,7 +346,7 @@ class ExportDialog:
         imgui.same_line()
         if imgui.button("Save as it is now", ImVec2(theme.em(9.0), 0.0)):
             self.path = with_format(path, suffix)
-            self.wants_present = self.path, bits
+            self.wants_current = self.path, bits
             imgui.close_current_popup()
         imgui.set_item_tooltip("The picture on the screen, with the pixels and samples that it has")
         imgui.end_disabled()
@@ -374,13 +374,6 @@ class ExportDialog:
 def with_format(path: Path, suffix: str) -> Path:
     """The path with this suffix, instead of that of another format; what else follows a dot is part of the name."""
     return path.with_suffix(suffix) if path.suffix.lower() in SUFFIXES else path.with_name(path.name + suffix)
-
-
-def _warn(problem: str) -> None:
-    """A sentence over as many lines as the names in it need: what it says of them comes last."""
-    imgui.push_text_wrap_pos(0.0)
-    imgui.text_colored(imgui.ImVec4(*theme.colours().warning), problem)
-    imgui.pop_text_wrap_pos()
 
 
 def _label(text: str, indent: float) -> None:

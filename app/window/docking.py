@@ -89,8 +89,8 @@ class Docking:
     def _compiling(self) -> None:
         """The progress of the compilers, instead of a panel that needs a kernel; nothing where none is compiled."""
         if self._state.compilers.busy:
-            done, wanted = self._state.compilers.progress
-            imgui.progress_bar(done / wanted, ImVec2(-1.0, 0.0), f"Compiling  {done} of {wanted}")
+            done, count = self._state.compilers.progress
+            imgui.progress_bar(done / count, ImVec2(-1.0, 0.0), f"Compiling  {done} of {count}")
             imgui.set_item_tooltip("The kernels of this panel are compiled once for this version")
 
     def _window(self, name: str, draw: Callable[[], None], padding: float | None) -> None:
@@ -249,7 +249,7 @@ class Folding:
             hello_imgui.save_lasting_pref("arrangements", json.dumps(self._arranged))
 
     def lay_out(self) -> None:
-        """Place the panels as the chosen layout has them, for the present size of the window."""
+        """Place the panels as the chosen layout has them, for the current size of the window."""
         self._laid_out_for = width, height, em = _size()
         layout, docking = self._window.layout, hello_imgui.get_runner_params().docking_params
         self._layout = layout
@@ -277,10 +277,10 @@ class Folding:
             return
         same = layout == self._layout           # folded only: its panels stay shown
         shown = self._keep()
-        found = self._arranged.get(_key(layout, now))
-        if found is not None:
+        former = self._arranged.get(_key(layout, now))
+        if former is not None:
             self._layout, self._folded = layout, now
-            self._arrangement = found._replace(shown=_ordered(shown, found.shown), front=[]) if same else found
+            self._arrangement = former._replace(shown=_ordered(shown, former.shown), front=[]) if same else former
             return
         kept = dict(self._arranged)
         self.lay_out()
@@ -311,14 +311,14 @@ class Folding:
 
 def arrangements(text: str) -> dict[str, Arrangement]:
     """The arrangements that a preference holds, by layout and folds; those that cannot be read are left out."""
-    found = {}
+    made_of = {}
     with suppress(ValueError, AttributeError):          # none were kept, or they were damaged: layouts begin anew
         for key, made in json.loads(text or "{}").items():
             with suppress(ValueError, TypeError, KeyError, IndexError):
                 layout, folded = json.loads(key)
-                found[_key(str(layout), dict(folded))] = Arrangement([str(name) for name in made[0]],
+                made_of[_key(str(layout), dict(folded))] = Arrangement([str(name) for name in made[0]],
                                                                [str(name) for name in made[1]], str(made[2]))
-    return found
+    return made_of
 
 
 def _key(layout: str, folded: dict[str, str]) -> str:
@@ -343,12 +343,12 @@ def _ordered(names: list[str], order: list[str]) -> list[str]:
 
 def _order_tabs(names: list[str]) -> None:
     """Let imgui sort the tabs of these panels again: it has put those that were shown before the others first."""
-    for place, name in enumerate(names):
+    for index, name in enumerate(names):
         window = imgui.internal.find_window_by_name(name)
         bar = window.dock_node.tab_bar if window is not None and window.dock_node is not None else None
         tab = imgui.internal.tab_bar_find_tab_by_id(bar, window.tab_id) if bar is not None else None
         if tab is not None:
-            window.dock_order = place
+            window.dock_order = index
             tab.flags |= UNSORTED
 
 

@@ -151,7 +151,7 @@ class Files:
         state = self._state
         state.recent = [path, *(other for other in state.recent if other != path)][:RECENT]
         if state.remember:
-            hello_imgui.save_lasting_pref("recent", json.dumps([str(each) for each in state.recent]))
+            hello_imgui.save_lasting_pref("recent", json.dumps([str(file) for file in state.recent]))
 
     @staticmethod
     def _kind(path: Path) -> str:
@@ -165,7 +165,7 @@ class Files:
             return "lens" if "columns" in text or "surfaces" in text else "scene"
         return "lens"
 
-    def _opened(self, path: Path, kind: str, present: Settings) -> Settings:
+    def _opened(self, path: Path, kind: str, current: Settings) -> Settings:
         if kind in ("picture", "settings"):
             from lensbench.app.session.export import read_settings
             from lensbench.app.session.states import load_settings
@@ -179,17 +179,17 @@ class Files:
             from lensbench.app.scenes.scene_file import load_scene
 
             load_scene(path)
-            return with_scene(present, str(path), self._state.chooser.locked)
+            return with_scene(current, str(path), self._state.chooser.locked)
         lenses.load(path)                       # raises if it cannot be read now
-        return with_lens(present, str(path), self._state.chooser.locked)
+        return with_lens(current, str(path), self._state.chooser.locked)
 
     def save_edited(self) -> None:
         """Save the edited lens in its own file; one of the library has none, and is saved as another file."""
-        present = self._state.history.present
-        if not present.edited:
+        current = self._state.history.present
+        if not current.edited:
             self._state.view.say("The lens has no edits to save")
-        elif can_save_in_place(present):
-            self.save_lens(Path(present.lens))
+        elif can_save_in_place(current):
+            self.save_lens(Path(current.lens))
         else:
             self.ask(Request.SAVE_LENS)
 
@@ -200,16 +200,16 @@ class Files:
         unsaved.
         """
         state = self._state
-        say, present = state.view.say, state.history.present
+        say, current = state.view.say, state.history.present
         try:
-            saved, remarks = save_document(present, path)
+            saved, remarks = save_document(current, path)
         except (ValueError, OSError) as error:
             say(str(error))
             return
-        if saved is present and present.edited:
+        if saved is current and current.edited:
             say(f"{path.name} does not hold the whole lens: the edits stay unsaved until a .toml file has them",
                 note=True)
-        elif saved is not present:
+        elif saved is not current:
             state.history.part()
             state.lens_written(saved.lens, saved)
             self._remember(path)
@@ -218,7 +218,7 @@ class Files:
             say(f"{path.name}: {remark}", note=True)
 
     def save_settings(self, path: Path) -> None:
-        """Save the present settings."""
+        """Save the current settings."""
         from lensbench.app.session.states import save_settings
 
         try:
@@ -239,26 +239,26 @@ class Files:
             _ = of.intrinsics                           # raises where there are none, with the reason
             text = intrinsics(of)
             assert text is not None
-            with replacing(path) as part:
-                part.write_text(text + "\n", encoding="utf-8")
+            with replacing(path) as file:
+                file.write_text(text + "\n", encoding="utf-8")
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))
         else:
             self._state.view.say(f"Intrinsics saved as {path.name}", done=True)
 
     def save_picture(self, path: Path, bits: int = 8) -> None:
-        """Save the picture with its present samples, and with its settings."""
+        """Save the picture with its current samples, and with its settings."""
         from lensbench.app.session.export import save_picture
 
         if self._state.presenter.field_picture is not None:
             self._state.light_field.save_picture(path, self._state.history.present, bits)
             return
-        found = self._state.picture_now()
-        if found is None:
+        picture = self._state.picture_now()
+        if picture is None:
             self._state.view.say("There is no picture yet", note=True)
             return
         try:
-            save_picture(path, found[0], found[1], bits, choice=found[2])
+            save_picture(path, picture[0], picture[1], bits, choice=picture[2])
         except (ValueError, OSError) as error:
             self._state.view.say(str(error))
         else:

@@ -24,7 +24,7 @@ LEFT = {"Left": ("Controls",), "LeftBottom": ("Read-outs", "Lens card", "Spaces"
 BENCH = "Bench"
 CONTROLS = 32.6                 # em: height of a window whose controls need not scroll
 SHORT, LOW = 45.3, 32.0         # em: heights below which the read-outs, and the dock below the picture, fold
-NARROWEST = 19.4                # em: of a dock beside another below the picture
+NARROWEST = 19.4                # em: of a dock next to another below the picture
 LAYOUTS = {
     BENCH: Layout(
         "Picture, section, blur and pupil", {
@@ -74,19 +74,19 @@ def folds(name: str, width: float, height: float, em: float) -> dict[str, str]:
 
 def docks(name: str, folded: dict[str, str]) -> dict[str, tuple[str, ...]]:
     """Panels by dock, as the window has them. folded: docks without room, and those that take their panels."""
-    found: dict[str, tuple[str, ...]] = {}
+    panels_of: dict[str, tuple[str, ...]] = {}
     for dock, panels in LAYOUTS[name].docks.items():
         into = folded.get(dock, dock)
-        found[into] = found.get(into, ()) + panels
-    return found
+        panels_of[into] = panels_of.get(into, ()) + panels
+    return panels_of
 
 
 def splits(name: str, width: float, height: float, em: float) -> list[hello_imgui.DockingSplit]:
     """The splits of a window of this size (pixels) for a layout: columns at the sides, the section below."""
     chosen, side, used = LAYOUTS[name], imgui.Dir, docks(name, folds(name, width, height, em))
-    part, least, most = chosen.right
+    share, least, most = chosen.right
     left = _left(width, em)
-    right = min(max(part * width, least * em), most * em, max(0.5 * width - left, least * em))
+    right = min(max(share * width, least * em), most * em, max(0.5 * width - left, least * em))
     made = [
         hello_imgui.DockingSplit("MainDockSpace", "Left", side.left, left / width),
         hello_imgui.DockingSplit("MainDockSpace", "Right", side.right, min(right / max(width - left, 1.0), 0.5)),

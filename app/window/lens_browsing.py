@@ -21,8 +21,8 @@ from lensbench.app.display.frame import Box
 from lensbench.app.display.small_textures import SmallTextures
 from lensbench.app.drawing import theme
 from lensbench.app.panels.controls.controls import lens_name
-from lensbench.app.panels.lens_browser.panel import BrowserState, lens_browser_panel
-from lensbench.app.panels.lens_browser.section import SectionLook
+from lensbench.app.panels.lens_browser import BrowserState, lens_browser_panel
+from lensbench.app.panels.section_pictures import SectionLook
 from lensbench.app.session.edited_lens import reverted
 from lensbench.app.session.lens_shelf import noted
 from lensbench.app.session.notices import Request
@@ -60,7 +60,7 @@ def outside(box: Box, holes: Iterable[Box]) -> list[Box]:
                 cut.append((x0, y0, x1, y1))
             else:
                 around = (x0, y0, x1, c), (x0, d, x1, y1), (x0, c, a, d), (b, c, x1, d)
-                cut += [part for part in around if part[0] < part[2] and part[1] < part[3]]
+                cut += [piece for piece in around if piece[0] < piece[2] and piece[1] < piece[3]]
         parts = cut
     return parts
 
@@ -208,8 +208,8 @@ class LensBrowsing:
         imgui.end()
         if state.top != self._top:
             self._top, self._scrolled = state.top, perf_counter()
-        seen = set(state.in_sight)
-        names = *state.in_sight, *(card.name for card in _cards() if card.name not in seen)
+        in_sight = set(state.in_sight)
+        names = *state.in_sight, *(card.name for card in _cards() if card.name not in in_sight)
         thumbnails.want(names, self._picture_is_ready)
         if state.section is not None:
             self._sections.want(state.section, names)
@@ -308,13 +308,13 @@ class LensEditing:
         self._before = window.history.present           # in the frame before
         self._edited_name = ""                          # of the lens whose edits are kept
         if self._folder is not None:
-            present = window.history.present
-            self._keep(present)
-            for each in left_behind(self._folder):
-                if (each.settings.lens, each.settings.edited) == (present.lens, present.edited):
-                    each.remove()               # the last session is open again, with these edits
+            current = window.history.present
+            self._keep(current)
+            for unsaved in left_behind(self._folder):
+                if (unsaved.settings.lens, unsaved.settings.edited) == (current.lens, current.edited):
+                    unsaved.remove()               # the last session is open again, with these edits
                 else:
-                    self._offers.append(each)
+                    self._offers.append(unsaved)
 
     @property
     def offers(self) -> int:
@@ -325,22 +325,22 @@ class LensEditing:
         """The file of an edited lens has changed on disk: ask before anything is replaced."""
         self._changed = name
 
-    def advance(self, held: bool) -> None:
+    def advance(self, is_held: bool) -> None:
         """Once a frame, after the panels: keep the edits on disk, and name the lens in the title of the window."""
-        present = self._window.history.present
-        title = f"{lens_name(present)} – {NAME}" if present.edited else NAME
+        current = self._window.history.present
+        title = f"{lens_name(current)} – {NAME}" if current.edited else NAME
         if title != self._title:
             self._title = title
             with suppress(glfw.GLFWError):
                 glfw.set_window_title(glfw_window_hello_imgui(), title)
-        before, self._before = self._before, present
-        if before.lens != present.lens:
+        before, self._before = self._before, current
+        if before.lens != current.lens:
             if before.edited:                           # they may be younger than the autosave
                 self._keep(before)
-            self._keep(present)
-        elif not held and monotonic() >= self._next:
+            self._keep(current)
+        elif not is_held and monotonic() >= self._next:
             self._next = monotonic() + PAUSE
-            self._keep(present)
+            self._keep(current)
 
     def closed(self) -> None:
         """The window is about to close: what is not saved is offered at the next start."""

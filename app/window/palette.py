@@ -107,23 +107,23 @@ class Palette:
         if imgui.is_key_pressed(imgui.Key.escape):
             imgui.close_current_popup()
             return None
-        found = answers(self._query, state)
+        entries = answers(self._query, state)
         step = int(imgui.is_key_pressed(imgui.Key.down_arrow)) - int(imgui.is_key_pressed(imgui.Key.up_arrow))
-        self._chosen = min(max(self._chosen + step, 0), max(len(found) - 1, 0))
-        if not found:
+        self._chosen = min(max(self._chosen + step, 0), max(len(entries) - 1, 0))
+        if not entries:
             imgui.text_disabled("Nothing has this name")
         taken = None
-        for i, entry in enumerate(found):
+        for i, entry in enumerate(entries):
             size = imgui.calc_text_size(entry.kind)
             room = imgui.get_content_region_avail().x - (size.x + theme.em(1.2) if entry.kind else 0.0)
             if imgui.selectable("\n".join(two_lines(entry.text, room)) + f"###Row {i}", i == self._chosen,
                                 imgui.SelectableFlags_.no_auto_close_popups)[0]:
                 taken = entry
-            place = ImVec2(imgui.get_item_rect_max().x - size.x - theme.em(0.4), imgui.get_item_rect_min().y
-                           + 0.5 * imgui.get_style().item_spacing.y)
-            imgui.get_window_draw_list().add_text(place, theme.packed(theme.colours().dim), entry.kind)
-        if entered and found:
-            taken = found[self._chosen]
+            corner = ImVec2(imgui.get_item_rect_max().x - size.x - theme.em(0.4), imgui.get_item_rect_min().y
+                            + 0.5 * imgui.get_style().item_spacing.y)
+            imgui.get_window_draw_list().add_text(corner, theme.packed(theme.colours().dim), entry.kind)
+        if entered and entries:
+            taken = entries[self._chosen]
         if taken is not None and taken.fills:
             self._query, self._chosen, self._focus, self._at_end = taken.fills, 0, True, False
             imgui.internal.clear_active_id()        # the text being typed is that of the item until then
@@ -141,14 +141,14 @@ def answers(query: str, state: WindowState) -> list[Entry]:
 
     Words after the name of a setting are read as its wrong value where nothing else has this name.
     """
-    given = _given(query, state)
-    found = _entries(state)
-    rows = [*given, *(found[i] for i in ranked(query, [entry.text for entry in found], ROWS - len(given)))]
+    numbers = _given(query, state)
+    entries = _entries(state)
+    rows = [*numbers, *(entries[i] for i in ranked(query, [entry.text for entry in entries], ROWS - len(numbers)))]
     return rows or _given(query, state, wrong=True)
 
 
 def _entries(state: WindowState) -> list[Entry]:
-    present = state.edited
+    current = state.edited
     entries = [Entry(action.name, action.keys, action.run) for action in ACTIONS.values() if action.enabled(state)]
     for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
         if panel.label != "Render":
@@ -159,29 +159,29 @@ def _entries(state: WindowState) -> list[Entry]:
             with_scene, scene=scene, locked=state.chooser.locked))))
     for path in state.recent:
         entries.append(Entry(f"Open again: {path.name}", "", partial(_reopen, path)))
-    zoom = _zoom_lens(present)
+    zoom = _zoom_lens(current)
     for field in fields(Settings):
         if field.name not in HIDDEN and not (zoom and field.name == "focal_length"):
-            entries += _of_field(field, present)
+            entries += _of_field(field, current)
     if zoom is not None:
-        entries += [Entry(name, _zoomed(zoom, present.zoom), fills=f"{name} ") for name in ZOOM]
-    if present.has_lens or present.kind.has_view:
-        entries.append(Entry(VIEW, format_angle(field_of_view(present)), fills=f"{VIEW} "))
+        entries += [Entry(name, _zoomed(zoom, current.zoom), fills=f"{name} ") for name in ZOOM]
+    if current.has_lens or current.kind.has_view:
+        entries.append(Entry(VIEW, format_angle(field_of_view(current)), fills=f"{VIEW} "))
     for card in lenses.describe():
         entries.append(Entry(f"Lens: {card.title}", "", _sets(
             partial(with_lens, lens=card.name, locked=state.chooser.locked))))
     return entries
 
 
-def _of_field(field: Field, present: Settings) -> list[Entry]:
+def _of_field(field: Field, current: Settings) -> list[Entry]:
     """The rows of a setting: one for each choice, or one that asks for a value."""
-    name, value, about = _title(field), getattr(present, field.name), spec(field)
+    name, value, about = _title(field), getattr(current, field.name), spec(field)
     if field.type is bool:
         return [Entry(f"{name}: {'off' if value else 'on'}", f"now {'on' if value else 'off'}",
                       _sets(_changed(field.name, not value)))]
     if about.choices and about.read is None:
         return [Entry(f"{name}: {title}", "now" if key == value else "", _sets(_changed(field.name, key)))
-                for key, title in titles(field).items() if field.name != "lens_model" or not unfit(present, key)]
+                for key, title in titles(field).items() if field.name != "lens_model" or not unfit(current, key)]
     if reader(field) is None:
         return []
     shown = about.none or "open" if value is None else ""
@@ -268,7 +268,7 @@ def _given(query: str, state: WindowState, wrong: bool = False) -> list[Entry]:
     return [] if best is None else [best[1]]
 
 
-def _value(field: Field, read: Callable[[str], Any], text: str, present: Settings, wrong: bool) -> Entry | None:
+def _value(field: Field, read: Callable[[str], Any], text: str, current: Settings, wrong: bool) -> Entry | None:
     try:
         value = read(text)
         check(field, value, partial(_bound, field))
@@ -281,7 +281,7 @@ def _value(field: Field, read: Callable[[str], Any], text: str, present: Setting
     if field.name == "stop_image":
         shown = f"{Path(value).name} in {cut(str(Path(value).parent), MOST_PATH)}"
     change = _changed(field.name, value)
-    return Entry(f"{_title(field)}: {shown}", _enter(field, value, change, present), _sets(change))
+    return Entry(f"{_title(field)}: {shown}", _enter(field, value, change, current), _sets(change))
 
 
 def _bound(field: Field, value: float) -> str:
@@ -290,10 +290,10 @@ def _bound(field: Field, value: float) -> str:
     return true_minus(f"{significant(value / 1000.0)} m" if in_metres else spec(field).shown(value))
 
 
-def _enter(field: Field, value: Any, change: Callable[[Settings], Settings], present: Settings) -> str:
+def _enter(field: Field, value: Any, change: Callable[[Settings], Settings], current: Settings) -> str:
     """The note of a typed value: that Enter takes it, or what it becomes within the range of the camera."""
     try:
-        taken = getattr(constrained(change(present)), field.name)
+        taken = getattr(constrained(change(current)), field.name)
     except (ValueError, OSError, NotCompiledError):     # said when it is taken
         return "Enter"
     if taken == value:
@@ -301,10 +301,10 @@ def _enter(field: Field, value: Any, change: Callable[[Settings], Settings], pre
     return f"Enter: {value_text(field, taken) if isinstance(taken, int | float) else spec(field).none or 'open'}"
 
 
-def _view_note(angle: float, change: Callable[[Settings], Settings], present: Settings) -> str:
+def _view_note(angle: float, change: Callable[[Settings], Settings], current: Settings) -> str:
     """The note of a typed field of view, as `_enter` writes it."""
     try:
-        taken = field_of_view(constrained(change(present)))
+        taken = field_of_view(constrained(change(current)))
     except (ValueError, OSError, NotCompiledError):
         return "Enter"
     return "Enter" if math.isclose(taken, angle, rel_tol=1e-3) else f"Enter: {format_angle(taken)}"

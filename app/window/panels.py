@@ -17,17 +17,17 @@ from lensbench.app.panels.image.image_panel import image_panel
 from lensbench.app.session.notices import Request
 from lensbench.app.settings.settings import Settings, differences
 from lensbench.app.window.analyses import PANELS, Analyses
+from lensbench.app.window.bars import status_bar
 from lensbench.app.window.docking import RENDER, Docking
 from lensbench.app.window.lens_browsing import LensBrowsing
 from lensbench.app.window.snapshots import Snapshots
 from lensbench.app.window.state import WindowState
-from lensbench.app.window.status import status_bar
 from lensbench.app.workers.render_worker import RenderWorker
 
 # States that a panel keeps from frame to frame, by attribute of `PanelStates`: the file and the class in `app.panels`
 STATES = {"confusion": "circle_of_confusion.CocState", "pupil": "exit_pupil.PupilState",
           "falloff": "falloff.FalloffState", "card": "lens_card.LensCardState",
-          "section": "lens_section.panel.SectionState", "table": "lens_table.state.LensTableState",
+          "section": "lens_section.panel.SectionState", "table": "lens_table.cell.LensTableState",
           "models": "models.ModelsState", "pixel": "pixel.PixelState", "plan": "plan.PlanState",
           "view_3d": "view_3d.View3DState"}
 
@@ -79,10 +79,10 @@ class Followed:
     def __init__(self, settings: Settings):
         self._settings = settings
 
-    def now(self, present: Settings, worker: RenderWorker) -> Settings:
+    def now(self, current: Settings, worker: RenderWorker) -> Settings:
         """The settings to draw, from those of the frame before and the worker that renders them."""
-        if present.lens == self._settings.lens or worker.on_screen or worker.waiting > PATIENCE:
-            self._settings = present
+        if current.lens == self._settings.lens or worker.on_screen or worker.waiting > PATIENCE:
+            self._settings = current
         return self._settings
 
 
@@ -153,7 +153,7 @@ class Panels:
 
     @property
     def _other(self) -> Settings | None:
-        """The settings A, while they are compared with the present ones."""
+        """The settings A, while they are compared with the current ones."""
         return self._state.view.pinned if self._state.edited.compare != "off" else None
 
     def _lens_card(self) -> None:
@@ -166,9 +166,9 @@ class Panels:
 
         window, film = self._state, self._state.edited.film
         view = window.view
-        at = view.pointed or (film.pixels_x / 2.0, film.pixels_y / 2.0)
-        at = (min(at[0], float(film.pixels_x)), min(at[1], float(film.pixels_y)))
-        if spaces_panel(window.edited, at, window.presenter.depth(window.edited), self._image):
+        raster = view.pointed or (film.pixels_x / 2.0, film.pixels_y / 2.0)
+        raster = (min(raster[0], float(film.pixels_x)), min(raster[1], float(film.pixels_y)))
+        if spaces_panel(window.edited, raster, window.presenter.depth(window.edited), self._image):
             window.requests.add(Request.SAVE_INTRINSICS)
 
     def _plan(self) -> None:
@@ -185,8 +185,8 @@ class Panels:
     @property
     def _image(self) -> NDArray[np.float32] | None:
         """The picture, unless it is a coarse one of a drag."""
-        update, present = self._state.presenter.update, self._state.history.present
-        fine = update is not None and update.image.shape[:2] == (present.pixels_y, present.pixels_x)
+        update, current = self._state.presenter.update, self._state.history.present
+        fine = update is not None and update.image.shape[:2] == (current.pixels_y, current.pixels_x)
         return update.image if fine and update is not None else None
 
     def _beside_browser(self) -> None:
@@ -301,10 +301,8 @@ class Panels:
         """Before the panels: the newest step of an improvement becomes the lens, whether or not the table is shown."""
         if not self.kept.has_table:
             return
-        from lensbench.app.panels.lens_table.improvement import take_step
-
         self.kept.table.follow(self._state.edited)
-        self._state.edited = take_step(self._state.edited, self.kept.table)
+        self._state.edited = self.kept.table.improved(self._state.edited)
         if self.kept.table.begun:
             self.kept.table.begun = False
             self._state.history.part()

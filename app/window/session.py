@@ -28,15 +28,14 @@ from lensbench.app.session.states import save_session, session_path
 from lensbench.app.settings.settings import Settings, differences
 from lensbench.app.window.actions import NOTHING_PINNED, Keyboard, shortcuts
 from lensbench.app.window.analyses import Analyses
-from lensbench.app.window.comparing import Comparing
+from lensbench.app.window.bars import Help
 from lensbench.app.window.docking import MINIMUM, Folding
 from lensbench.app.window.file_actions import QUESTIONS, Files
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.lens_browsing import LensBrowsing, LensEditing
-from lensbench.app.window.menus import Help
 from lensbench.app.window.palette import Palette
 from lensbench.app.window.panels import Panels
-from lensbench.app.window.snapshots import Snapshots
+from lensbench.app.window.snapshots import Comparing, Snapshots
 from lensbench.app.window.state import WindowState, forget_derived, preference, texts
 from lensbench.app.window.terms import Terms
 from lensbench.app.workers.task import Heap, Task
@@ -78,7 +77,7 @@ class Session(WindowState):
         """The GL context is there."""
         self.is_open = True
         self.compilers.draw_here()
-        sys.setswitchinterval(0.001)            # the worker gets its turn soon, also beside a busy window
+        sys.setswitchinterval(0.001)            # the worker gets its turn soon, even with a busy window
         use_dials(self.dials)
         self.presenter.open()
         theme.style_implot()
@@ -169,9 +168,9 @@ class Session(WindowState):
         message = self.export.draw()
         if message is not None:
             self.view.say(*message)
-        if self.export.wants_present is not None:
-            self.files.save_picture(*self.export.wants_present)
-            self.export.wants_present = None
+        if self.export.wants_current is not None:
+            self.files.save_picture(*self.export.wants_current)
+            self.export.wants_current = None
         if self.export.wants_path:
             self.export.wants_path = False
             self.requests.add(Request.CHOOSE_EXPORT_PATH)
@@ -182,8 +181,8 @@ class Session(WindowState):
 
     def end(self) -> None:
         """After the panels: the changes go to the history and to the worker."""
-        held = imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
-        self.keep(held or self.panels.improving)
+        is_held = imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
+        self.keep(is_held or self.panels.improving)
         self.follow_window(monotonic())
         self._keep_locks()
         busy = self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor
@@ -193,7 +192,7 @@ class Session(WindowState):
         self.comparing.advance(busy)
         self.say_of_place()
         self.say_of_ghost()
-        self.editing.advance(held)
+        self.editing.advance(is_held)
         self.view.notices.follow(self.history.present.lens, self.history.step)
         self._heap.advance(monotonic())
 
@@ -212,23 +211,23 @@ class Session(WindowState):
 
     def _meter(self) -> None:
         """In the modes P, A and S the meter sets f-number and time; setting by hand what it sets leads to mode M."""
-        view, present = self.view, self.history.present
+        view, current = self.view, self.history.present
         if view.program not in METERED:
             self._metered = None            # else the mode would end at once when it is chosen again
             return
-        if present != self._metered:
+        if current != self._metered:
             self._metering.forget()
         by_hand = {"P": ("f_number", "shutter"), "A": ("shutter",), "S": ("f_number",)}[view.program]
-        if present.exposing != "triangle" or self._metered is not None and any(
-                getattr(present, name) != getattr(self._metered, name) for name in by_hand) \
-                and present.lens == self._metered.lens:
+        if current.exposing != "triangle" or self._metered is not None and any(
+                getattr(current, name) != getattr(self._metered, name) for name in by_hand) \
+                and current.lens == self._metered.lens:
             view.program, self._metered = "", None
             return
         update = self.presenter.update
         if update is not None and not update.raw and update.generation == self.worker.generation \
                 and not imgui.is_mouse_down(imgui.MouseButton_.left):
-            chosen = self._metering.chosen(present, update.image, update.samples, view.program)
-            if chosen != present:
+            chosen = self._metering.chosen(current, update.image, update.samples, view.program)
+            if chosen != current:
                 self.history.correct(chosen)
                 self.edited = chosen
         self._metered = self.history.present
@@ -252,34 +251,34 @@ class Session(WindowState):
 
     def _answer_requests(self) -> None:
         """Do what panels, menus and keys have asked for."""
-        wanted = set(self.requests)
+        requests = set(self.requests)
         self.requests.clear()
-        if Request.PAUSE in wanted:
+        if Request.PAUSE in requests:
             self.worker.resume() if self.worker.paused else self.worker.pause()
-        if Request.RESTART in wanted:
+        if Request.RESTART in requests:
             self.worker.again()
-        if Request.PIN in wanted and self.comparing.pin():
+        if Request.PIN in requests and self.comparing.pin():
             self.view.notices.forget(lambda notice: notice.text == NOTHING_PINNED)
-        if Request.EXPORT in wanted:
+        if Request.EXPORT in requests:
             self.export.open(self.history.present, self.view.follows)
-        if Request.BROWSE_LENSES in wanted:
+        if Request.BROWSE_LENSES in requests:
             self.browsing.toggle()
-        if Request.RESET_LAYOUT in wanted:
+        if Request.RESET_LAYOUT in requests:
             self.folding.lay_out()
-        if Request.SHOW_HELP in wanted:
+        if Request.SHOW_HELP in requests:
             self.help.open()
-        if Request.SHOW_PALETTE in wanted:
+        if Request.SHOW_PALETTE in requests:
             self.palette.open()
-        if Request.SHOW_TERMS in wanted:
+        if Request.SHOW_TERMS in requests:
             self.terms.open()
-        self.snapshots.answer(wanted)
+        self.snapshots.answer(requests)
         if self.card_path is not None:
             path, self.card_path = self.card_path, None
             self.snapshots.save_card(path)
-        self.light_field.answer(wanted, self.history.present)
-        if Request.SAVE_EDITED in wanted:
+        self.light_field.answer(requests, self.history.present)
+        if Request.SAVE_EDITED in requests:
             self.files.save_edited()
-        for request in wanted & set(QUESTIONS):
+        for request in requests & set(QUESTIONS):
             self.files.ask(request)
         if self.reopened is not None:
             path, self.reopened = self.reopened, None
@@ -287,20 +286,20 @@ class Session(WindowState):
 
     def _reload(self) -> None:
         """Render again after a change on disk; a file that cannot be read keeps its last good content."""
-        present = self.history.present
-        changed, problems = self.watch.changed(present, monotonic())
+        current = self.history.present
+        changed, problems = self.watch.changed(current, monotonic())
         for name, problem in problems.items():
             self.view.say(problem, file=name)
         if not changed:
             return
         forget_derived()
-        if present.edited and present.lens in changed:
-            self.editing.file_changed(present.lens)     # the edits stay until the user has answered
+        if current.edited and current.lens in changed:
+            self.editing.file_changed(current.lens)     # the edits stay until the user has answered
         for name in changed:
             self.view.notices.read(name)
             self.view.say(f"Reloaded {Path(name).name}", done=True)
         with suppress(ValueError, OSError, NotCompiledError):
-            self.history.correct(constrained(present))
+            self.history.correct(constrained(current))
             self.edited = self.history.present
         self.charts.forget()
         self.worker.reload(self.history.present)
@@ -367,13 +366,13 @@ class Session(WindowState):
 
     def _fills(self) -> bool:
         """Whether the picture has the pixels that the window shows of it."""
-        present = self.history.present
-        if present.compare != "off" or self.view.zoom is not None:
+        current = self.history.present
+        if current.compare != "off" or self.view.zoom is not None:
             return True
-        return max(present.pixels_x, present.pixels_y) == longer_side_within(present, self.wanted_room(present))
+        return max(current.pixels_x, current.pixels_y) == longer_side_within(current, self.wanted_room(current))
 
     def settled(self, samples: int) -> bool:
-        """Whether the picture of the present settings is on the screen with this many samples."""
+        """Whether the picture of the current settings is on the screen with this many samples."""
         update = self.presenter.update
         if (update is None or update.generation != self.worker.generation or update.depth is None
                 or update.is_provisional):

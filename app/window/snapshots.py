@@ -1,4 +1,9 @@
-"""The snapshots of a window: what its panel and its keys ask for is done here."""
+"""The pictures that a window keeps: the reference A, and the snapshots.
+
+A refines together with the current picture, B, and follows B's dials while the two are locked. It has a render worker
+of its own, at low priority, which works while A is shown and never gets ahead of B in samples, so that B stays as fast
+as it can be. A picture of a light field cannot be rendered again: as A it stays as it is.
+"""
 
 from dataclasses import replace
 from functools import partial
@@ -15,6 +20,7 @@ from lensbench.app.bench.constraints import constrained
 from lensbench.app.display.small_textures import SmallTextures
 from lensbench.app.panels import snapshots as panel
 from lensbench.app.panels.controls.controls import lens_title, scene_title
+from lensbench.app.plots.comparison import followed
 from lensbench.app.session.export import save_picture
 from lensbench.app.session.notices import Request
 from lensbench.app.session.picture_formats import copy_picture
@@ -22,9 +28,102 @@ from lensbench.app.session.snapshots import Snapshot, SnapshotShelf
 from lensbench.app.session.states import is_state_text, named_files, settings_of_text, snapshots_folder, state_text
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_f_number
-from lensbench.app.window.comparing import Comparing
 from lensbench.app.window.state import WindowState
+from lensbench.app.workers.render_job import RenderUpdate
+from lensbench.app.workers.render_worker import RenderWorker
 from lensbench.app.workers.task import Task
+
+
+class Comparing:
+    """Lives as long as the window."""
+
+    def __init__(self, window: WindowState, threads: int | None = None):
+        self._window, self._threads = window, threads
+        self._worker: RenderWorker | None = None        # from when A is first shown
+        self._kept: RenderUpdate | None = None          # the picture A as pinned, or as shown last
+        self._is_pinned = False                         # that picture is the pinned one, and not the worker's
+        self._taken: RenderUpdate | None = None         # the worker's newest update that was shown
+        self._before: Settings | None = None            # B in the frame before
+
+    def pin(self) -> bool:
+        """Make the shown picture A; returns False if there is none yet."""
+        window, presenter = self._window, self._window.presenter
+        if not presenter.pin(window.history.present) or presenter.pinned is None:
+            return False
+        window.view.pinned = presenter.pinned.settings
+        return True
+
+    def pin_codes(self, codes: NDArray[np.float32], settings: Settings) -> None:
+        """Make a saved picture A; while it is shown, it is rendered again. codes: of the screen (h, w, 3), 0 to 1."""
+        self._window.presenter.keep_codes(codes, settings)
+        self._window.view.pinned = settings
+
+    @property
+    def is_live(self) -> bool:
+        """Whether A can be rendered, and is shown."""
+        pinned = self._window.presenter.pinned
+        return pinned is not None and not pinned.field_picture and self._window.history.present.compare != "off"
+
+    def advance(self, is_held: bool) -> None:
+        """Once a frame: let A follow B, and show its newest picture. held: the processor is left to other work."""
+        view, current = self._window.view, self._window.history.present
+        before, self._before = self._before, current
+        pinned = self._window.presenter.pinned
+        if pinned is not self._kept:                    # another picture was pinned
+            self._kept, self._is_pinned, self._taken = pinned, True, None
+        if view.pinned is not None and view.locked and before is not None and pinned and not pinned.field_picture:
+            view.pinned = followed(view.pinned, before, current)
+        if self.is_live:
+            self._render(is_held)
+            self._show()
+        elif self._worker is not None:
+            self._worker.hold(True)
+
+    def _render(self, is_held: bool) -> None:
+        """Let A's worker render as many samples as B has."""
+        window, a, b = self._window, self._window.view.pinned, self._window.presenter.update
+        assert a is not None
+        if b is None or b.generation != window.worker.generation:
+            return                                      # B's first picture comes first
+        complete = b.samples >= b.settings.samples
+        settings = replace(a, samples=a.samples if complete else min(b.samples, a.samples))
+        if self._worker is None:
+            self._worker = RenderWorker(settings, window.wake, self._threads, urgent=False)
+        self._worker.hold(is_held or window.worker.paused)
+        self._worker.restart(settings)
+        failure = self._worker.error
+        if failure is not None and self._kept is not None:
+            window.view.say(f"A: {failure.error}")
+            window.view.pinned = self._kept.settings
+
+    def _show(self) -> None:
+        """Show A's newest picture, unless the pinned one has more samples."""
+        window, a, kept = self._window, self._window.view.pinned, self._kept
+        update = self._worker.newest() if self._worker is not None else None
+        if update is None or kept is None or a is None or update.settings.picture != a.picture:
+            return
+        if self._is_pinned and kept.settings.picture == a.picture and update.samples < kept.samples:
+            return
+        if update is not self._taken or a != kept.settings:
+            self._taken, self._is_pinned = update, False
+            window.presenter.repin(update, a)
+            self._kept = window.presenter.pinned
+
+    def settled(self, samples: int) -> bool:
+        """Whether A is on the screen with this many samples, or is not live."""
+        kept, a = self._kept, self._window.view.pinned
+        return not self.is_live or kept is not None and a is not None and kept.settings == a \
+            and kept.samples >= min(samples, a.samples)
+
+    def reload(self) -> None:
+        """Render A again, because a file has changed on disk."""
+        if self._worker is not None and self._window.view.pinned is not None:
+            self._worker.reload(self._window.view.pinned)
+
+    def closed(self) -> None:
+        """The window is about to close."""
+        if self._worker is not None:
+            self._worker.stop()
 
 
 class Snapshots:
@@ -59,7 +158,7 @@ class Snapshots:
             self._loading = Task("Reading the snapshots", lambda _: self.shelf.load(), self._window.wake)
         return self._loading
 
-    def answer(self, wanted: set[Request]) -> None:
+    def answer(self, requests: set[Request]) -> None:
         """Do what the panel and the keys have asked for; call it once a frame."""
         for task, success in list(self._tasks):
             if task.done:
@@ -70,16 +169,16 @@ class Snapshots:
         try:
             if renamed is not None:
                 self.shelf.rename(*renamed)
-            if Request.KEEP_SNAPSHOT in wanted or action is not None and action[0] == panel.KEEP:
+            if Request.KEEP_SNAPSHOT in requests or action is not None and action[0] == panel.KEEP:
                 self._keep()
-            text = imgui.get_clipboard_text() or "" if Request.PASTE in wanted else ""
+            text = imgui.get_clipboard_text() or "" if Request.PASTE in requests else ""
             if is_state_text(text):                     # another text is for the panel that has the focus
                 self.paste(text)
             if action is not None and action[0] == panel.PASTE:
                 self.paste(imgui.get_clipboard_text() or "")
-            if Request.COPY_PICTURE in wanted:
-                self._copy_present()
-            if Request.COPY_STATE in wanted:
+            if Request.COPY_PICTURE in requests:
+                self._copy_current()
+            if Request.COPY_STATE in requests:
                 self._copy_state(self._window.history.present)
             if action is not None and action[1] is not None:
                 self._do(action[0], action[1])
@@ -105,11 +204,11 @@ class Snapshots:
                                 f"Card saved as {path.name}"))
 
     def _keep(self) -> None:
-        found = self._window.picture_now()
-        if found is None:
+        picture = self._window.picture_now()
+        if picture is None:
             self._window.view.say("There is no picture yet", note=True)
             return
-        image, settings, _ = found
+        image, settings, _ = picture
         self._load().join()                     # reading it later would forget this one
         self.shelf.keep(image, settings, _name(settings))
         if not self._window.panel_shown("Snapshots"):
@@ -146,16 +245,16 @@ class Snapshots:
         self._window.view.say("State copied as text" + (
             f"; it names {' and '.join(files)}, which the receiver needs too" if files else ""), done=True)
 
-    def _copy_present(self) -> None:
-        found = self._window.picture_now()
-        if found is None:
+    def _copy_current(self) -> None:
+        picture = self._window.picture_now()
+        if picture is None:
             self._window.view.say("There is no picture yet", note=True)
             return
 
         def work(_: Task[None]) -> None:
             with TemporaryDirectory() as folder:
                 path = Path(folder) / "lensbench.png"
-                save_picture(path, found[0], found[1])
+                save_picture(path, picture[0], picture[1])
                 copy_picture(path)
 
         self._tasks.append((Task("Copying the picture", work, self._window.wake), "Picture copied"))

@@ -75,7 +75,7 @@ class FileWatch:
         self._next = 0.0
 
     def note(self, name: str) -> None:
-        """The present content of a file is known, such as one that the window has written."""
+        """The current content of a file is known, such as one that the window has written."""
         self._stamps[name] = file_stamp(name)
 
     def changed(self, settings: Settings, now: float) -> tuple[list[str], dict[str, str]]:
@@ -84,17 +84,17 @@ class FileWatch:
         At most once a second. A file that the settings have not named before counts as unchanged; its stamp is taken
         at once, so that a change within that second is seen.
         """
-        files = [each for each in ((settings.lens, file_stamp, lenses.load),
+        files = [file for file in ((settings.lens, file_stamp, lenses.load),
                                    (settings.scene, scene_stamp, find_scene),
                                    (settings.stop_image, file_stamp, stop_picture),
-                                   (own_picture(settings), file_stamp, stop_picture)) if each[0]]
+                                   (own_picture(settings), file_stamp, stop_picture)) if file[0]]
         for name, stamp_of, _ in files:
             if name not in self._stamps:
                 self._stamps[name] = stamp_of(name)
         if now < self._next:
             return [], {}
         self._next = now + SECONDS
-        found, problems = [], dict[str, str]()
+        names, problems = [], dict[str, str]()
         for name, stamp_of, load in files:
             stamp = stamp_of(name)
             if self._stamps[name] == stamp:
@@ -106,8 +106,8 @@ class FileWatch:
                 problems[name] = (f"{Path(name).name} has changed and cannot be read; its last good content stays in "
                                   f"use: {error}")
             else:
-                found.append(name)
-        return found, problems
+                names.append(name)
+        return names, problems
 
 
 def forget_derived() -> None:
@@ -157,7 +157,7 @@ class WindowState:
         self.written = "", ""                           # the lens and the edits that the window has saved last
         self.reopened: Path | None = None               # a recent file that is to be opened
         self.screenshot: Path | None = None             # where a picture of the window is to be saved
-        self._postponed: tuple[Settings, Callable[[], Settings]] | None = None      # present settings, and a change
+        self._postponed: tuple[Settings, Callable[[], Settings]] | None = None      # current settings, and a change
         self._drags = False                             # the picture changes while a mouse button or an item is held
         self._hurried: Settings | None = None           # of this frame, with which the render has been started
         self._room = (0.0, 0.0), 0.0                    # for the picture, and since when
@@ -193,7 +193,7 @@ class WindowState:
         self.apply()
 
     def apply(self) -> None:
-        """Let the render worker follow the present settings."""
+        """Let the render worker follow the current settings."""
         settings, self._hurried = self.history.present, None
         self.worker.restart(self._rendered(settings))
         self.worker.want_depth(settings.overlay in ("coc", "peaking") or self.view.pending is not None)
@@ -208,7 +208,7 @@ class WindowState:
         self.worker.reload(settings)
 
     def hurry(self) -> None:
-        """Start the render as soon as one panel has changed the picture; the others are drawn beside its first pass."""
+        """Start the render as soon as one panel has changed the picture; the others are drawn during its first pass."""
         if self.edited is not self._hurried and self.edited.picture != self.history.present.picture:
             self._hurried = self.edited
             with suppress(ValueError):
@@ -226,15 +226,15 @@ class WindowState:
     def picture_now(self) -> tuple[NDArray[np.float32], Settings, lb.Choice | None] | None:
         """The linear picture (h, w, 3) that is shown, its settings and the choice of its model.
 
-        With its present samples; instead of the camera's that of a light field, where this is on the screen.
+        With its current samples; instead of the camera's that of a light field, where this is on the screen.
         """
-        update, present = self.worker.newest(), self.history.present
+        update, current = self.worker.newest(), self.history.present
         if self.presenter.field_picture is not None:
-            refocused = self.light_field.picture(present)
+            refocused = self.light_field.picture(current)
             return None if refocused is None else (*refocused, None)
         if update is None:
             return None
-        later = {name: getattr(present, name) for name in (*RESTARTS_NOTHING, *RESTARTS_MOTION)}
+        later = {name: getattr(current, name) for name in (*RESTARTS_NOTHING, *RESTARTS_MOTION)}
         settings = replace(update.settings, **{**later, "samples": update.samples})
         image = update.image if update.plain is None else update.plain
         return image, settings, None if update.is_provisional else update.choice
@@ -255,27 +255,27 @@ class WindowState:
 
     def follow_window(self, now: float) -> None:
         """Give the picture as many pixels as the window shows of it, once its room has been the same for a moment."""
-        view, present = self.view, self.history.present
-        if not view.follows or present.compare != "off" or view.zoom is not None or min(view.room) < 1.0:
+        view, current = self.view, self.history.present
+        if not view.follows or current.compare != "off" or view.zoom is not None or min(view.room) < 1.0:
             return
         if view.room != self._room[0]:
             self._room = view.room, now
-        sized = with_longer_side(present, longer_side_within(present, self.wanted_room(present)))
-        same = (sized.pixels_x, sized.pixels_y) == (present.pixels_x, present.pixels_y)
+        sized = with_longer_side(current, longer_side_within(current, self.wanted_room(current)))
+        same = (sized.pixels_x, sized.pixels_y) == (current.pixels_x, current.pixels_y)
         if not same and not self._drags and (now - self._room[1] >= STILL_SECONDS or self.worker.newest() is None):
             self.history.correct(sized)
             self.edited = sized
 
-    def keep(self, held: bool) -> None:
+    def keep(self, is_held: bool) -> None:
         """Record the changes of this frame's panels in the history. held: a mouse button or an item is held."""
-        self._drags = held and (self._drags or self.edited.picture != self.history.present.picture)
+        self._drags = is_held and (self._drags or self.edited.picture != self.history.present.picture)
         if self.edited != self.history.present:
             try:
                 self.edited = self.edited.checked()
             except ValueError as error:
                 self.view.say(str(error))
                 self.edited = self.history.present
-        self.history.edit(self.edited, held, monotonic())
+        self.history.edit(self.edited, is_held, monotonic())
 
     def showable(self, settings: Settings) -> Settings:
         """The settings with as many pixels as a window can show; a message says if that is fewer."""
@@ -297,29 +297,29 @@ class WindowState:
 
     def say_of_place(self) -> None:
         """Show what keeps the camera nearer to the subject than its lens would frame it, until it is moved."""
-        present = self.history.present
-        place = present.lens, present.scene, present.position
-        if place == self._placed:
+        current = self.history.present
+        position = current.lens, current.scene, current.position
+        if position == self._placed:
             return
         try:
-            found = in_the_way(present)
+            obstacle = in_the_way(current)
         except NotCompiledError:                        # asked for again in the next frame
             return
         self.view.notices.forget(lambda notice: notice.text == self._of_place)
-        self._placed, self._of_place = place, found
-        if found:
-            self.view.say(self._of_place, lens=present.lens)
+        self._placed, self._of_place = position, obstacle
+        if obstacle:
+            self.view.say(self._of_place, lens=current.lens)
 
     def say_of_ghost(self) -> None:
         """Show that the lens has no such ghost as is shown alone, after an edit of the lens for one."""
-        present = self.history.present
-        shown = present.lens, present.edited, present.ghosts, present.ghost_pair, present.has_lens
+        current = self.history.present
+        shown = current.lens, current.edited, current.ghosts, current.ghost_pair, current.has_lens
         if shown == self._shown_ghost:
             return
         self.view.notices.forget(lambda notice: notice.text == self._of_ghost)
-        self._shown_ghost, self._of_ghost = shown, missing_ghost(present)
+        self._shown_ghost, self._of_ghost = shown, missing_ghost(current)
         if self._of_ghost:
-            self.view.say(self._of_ghost, lens=present.lens)
+            self.view.say(self._of_ghost, lens=current.lens)
 
     # The window
 

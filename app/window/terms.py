@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from imgui_bundle import ImVec2, ImVec4, imgui
 
 from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import paragraph
 from lensbench.app.window.dialogs import centre_next
 
 
@@ -31,7 +32,7 @@ TERMS: dict[str, tuple[Term, ...]] = {
              "turn a camera about it, and near and far things do not shift against each other."),
         Term("Stop", "", "The iris: the opening that limits the light. Its blades give lights out of focus their "
              "shape."),
-        Term("Exit-pupil region", "", "The part of the rear opening that sends light to one point of the film. In "
+        Term("Exit-pupil region", "", "The part of the rear element that sends light to one point of the film. In "
              "the middle of the film it is round; towards the corners the edges of the glasses cut it to a cat's "
              "eye."),
         Term("Marginal and chief ray", "", "The marginal ray goes from the axis through the edge of the stop; the "
@@ -118,8 +119,8 @@ class Terms:
         imgui.set_next_item_width(-1.0)
         _, self._query = imgui.input_text_with_hint("##Term", "A word or a letter, such as CoC", self._query)
         imgui.begin_child("Terms")
-        found = sum(_group(title, self._query) for title in TERMS)
-        if not found:
+        count = sum(_group(title, self._query) for title in TERMS)
+        if not count:
             imgui.text_disabled("No such term")
         imgui.end_child()
         if imgui.is_key_pressed(imgui.Key.escape):
@@ -129,21 +130,19 @@ class Terms:
 
 def _group(title: str, query: str) -> int:
     """Draw the terms of a group that hold the query; returns how many."""
-    wanted = query.casefold().strip()
-    found = [term for term in TERMS[title] if wanted in f"{term.name} {term.symbol}".casefold()
-             or len(wanted) > 2 and wanted in term.meaning.casefold()]
-    if not found:
+    text = query.casefold().strip()
+    terms = [term for term in TERMS[title] if text in f"{term.name} {term.symbol}".casefold()
+             or len(text) > 2 and text in term.meaning.casefold()]
+    if not terms:
         return 0
     colour = theme.colours()
     imgui.dummy(ImVec2(0.0, theme.em(0.2)))
     imgui.text_disabled(title)
-    for term in found:
+    for term in terms:
         imgui.text_colored(ImVec4(*colour.strong), term.name)
         if term.symbol:
             imgui.same_line()
             imgui.text_disabled(term.symbol)
-        imgui.push_text_wrap_pos(0.0)
-        imgui.text_unformatted(term.meaning)
-        imgui.pop_text_wrap_pos()
+        paragraph(term.meaning, True)
         imgui.dummy(ImVec2(0.0, theme.em(0.15)))
-    return len(found)
+    return len(terms)

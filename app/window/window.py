@@ -9,7 +9,7 @@ import glfw  # isort: skip - after imgui_bundle, so that both share one library
 
 from lensbench.app.drawing import theme
 from lensbench.app.settings.settings import Settings
-from lensbench.app.window.menus import menus
+from lensbench.app.window.bars import menus
 from lensbench.app.window.session import Session
 
 TITLE = "lensbench"

@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 from lensbench.app.display.small_textures import MapPictures
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import paragraph
+from lensbench.app.drawing.controls import paragraph, wrapped_tooltip
 from lensbench.app.drawing.plot_painter import Drawn, Grip, Under, draw_figure
 from lensbench.app.plots.comparison import with_ghost
 from lensbench.app.plots.pixel_rays import Pointed
@@ -161,12 +161,8 @@ def _conditions(figure: Figure, width: float, low: bool) -> None:
 def _line(words: str, parts: list[str], width: float) -> None:
     """One line of words, cut where it ends; the parts below each other in its tooltip."""
     imgui.text_disabled(theme.shortened(words, width))
-    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip) and imgui.begin_tooltip():
-        imgui.push_text_wrap_pos(theme.em(30.0))
-        for part in parts:
-            imgui.text_unformatted(part)
-        imgui.pop_text_wrap_pos()
-        imgui.end_tooltip()
+    if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        wrapped_tooltip(parts)
 
 
 def _menu(name: str, figure: Figure, sheet: Sheet, white: str) -> None:

@@ -13,7 +13,7 @@ from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.focus_plane import focus_at
 from lensbench.app.bench.readouts import blur_limit
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import beside, check_box, number, paragraph, toggles
+from lensbench.app.drawing.controls import check_box, number, paragraph, same_row_if_room, toggles
 from lensbench.app.drawing.plot_painter import Grip
 from lensbench.app.panels.analysis.frame import AnalysisState, Draw, Sheet, analysis, point_at_ray, tools
 from lensbench.app.plots.aperture_plots import (
@@ -117,7 +117,7 @@ PLAIN = {
         Choice("Field", {"axis": ("Axis", "On the axis"), "middle": ("0.7", "At 0.7 of the largest image height"),
                          "full": ("Full", "At the largest image height")}),
         Choice("Order", {"noll": ("Noll", "Zernike polynomials in Noll's order, each with an rms of 1"),
-                         "fringe": ("Fringe", "Zernike polynomials in the fringe order, each 1 at the rim of the "
+                         "fringe": ("Fringe", "Zernike polynomials in the fringe order, each 1 at the edge of the "
                                               "pupil")})), points=(24, 64)),
 }
 
@@ -192,7 +192,7 @@ def mtf_map_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> Set
     """
     choices = state.choices
     frequency = FREQUENCY.drawn(state, 3.2)
-    beside(7.0)
+    same_row_if_room(7.0)
     way = WAY.drawn(state)
     line = _line(settings, state)
     tools("MTF map", state)
@@ -224,7 +224,7 @@ def _line(settings: Settings, state: AnalysisState) -> float | None:
     options |= {line: (name, f"{name} nm alone") for line, name in names.items()}
     if state.choices.get("Line") not in options:
         state.choices["Line"] = None
-    beside(4.0 + 2.6 * len(lines))
+    same_row_if_room(4.0 + 2.6 * len(lines))
     return Choice("Line", options).drawn(state)
 
 
@@ -245,9 +245,9 @@ def sensor_stack_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -
     name, stack = "Sensor stack", state.choices.get("stack", Stack())
     thickness = number("Glass", stack.thickness, (0.0, 10.0), 0.02, "%.2f mm",
                        "Thickness of the glass before the sensor")
-    beside(7.0)
+    same_row_if_room(7.0)
     index = number("Index", stack.refractive_index, (1.0, 2.2), 0.002, "%.3f", "Index of this glass")
-    beside(9.5)
+    same_row_if_room(9.5)
     error = number("Adapter", stack.adapter_error, (-1.0, 1.0), 0.002, "%+.3f mm",
                    "By which an adapter is too long (+) or too short (−)", 5.6)
     stack = state.choices["stack"] = Stack(round(thickness, 4), round(index, 5), round(error, 5))
@@ -260,7 +260,7 @@ def spots_panel(settings: Settings, state: AnalysisState, sheet: Sheet) -> None:
     side = SIDE.drawn(state)
     imgui.same_line(0.0, 12.0)
     reference = REFERENCE.drawn(state)
-    beside(6.0)                             # with room for the menu
+    same_row_if_room(6.0)                             # with room for the menu
     blur = state.choices["blur"] = check_box("Blur", state.choices.get("blur", False))
     imgui.set_item_tooltip("Behind the rays: the light as the picture of the point has it, without diffraction.\n"
                            "Each cell is as bright as its brightest point")

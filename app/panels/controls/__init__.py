@@ -1,1 +1,1 @@
-"""The control column: dials and the popups beside them."""
+"""The control column: dials and their popups."""

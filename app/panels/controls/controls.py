@@ -19,7 +19,7 @@ from lensbench.app.bench.constraints import (
 from lensbench.app.bench.lens_choice import FILM, with_scene
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import angle, check_box, drop_list, padlock, picked
-from lensbench.app.panels.controls import iris_popup, popups
+from lensbench.app.panels.controls import popups
 from lensbench.app.panels.controls.dials import dial_count, dials
 from lensbench.app.panels.controls.popups import can_disperse, dispersion_popup, focus_popup
 from lensbench.app.scenes.scene_file import SceneFileError, cached_scene
@@ -76,8 +76,8 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
         ("Sensor", "The sensor that records the picture, and its noise", popups.sensor_in_use(settings),
          popups.sensor_popup)]
     if settings.has_stop:
-        parts.append(("Stop", "The shape of the iris, and the coating for the T-stop", iris_popup.in_use(settings),
-                      partial(iris_popup.stop_popup, requests=chooser.requests)))
+        parts.append(("Stop", "The shape of the iris, and the coating for the T-stop", popups.stop_in_use(settings),
+                      partial(popups.stop_popup, requests=chooser.requests)))
     if settings.has_lens:
         parts.append(("Focus", "Position of the film, paraxial or of least blur; tilt, swing, rise, shift, curvature",
                       settings.focus_position != "auto" or popups.film_dials_in_use(settings), focus_popup))

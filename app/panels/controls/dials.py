@@ -187,10 +187,10 @@ def _zoom(settings: Settings) -> Settings:
     lens = design(replace(settings, zoom=0.0))
     assert lens.positions is not None
     if not is_engraved(lens):
-        place = dial("Zoom", settings.zoom, dial_scales.part_scale(1.0),
-                     "Position of the groups along their travel: the focal length of this lens does not grow along it")
-        return settings if place == settings.zoom else constrained(replace(settings, zoom=place))
-    engraved = tuple(sorted(focal_length(lens, place) for place in lens.positions.zoom_stations))
+        zoom = dial("Zoom", settings.zoom, dial_scales.part_scale(1.0),
+                    "Position of the groups along their travel: the focal length of this lens does not grow along it")
+        return settings if zoom == settings.zoom else constrained(replace(settings, zoom=zoom))
+    engraved = tuple(sorted(focal_length(lens, position) for position in lens.positions.zoom_stations))
     length = focal_length(lens, settings.zoom)
     turned = dial("Zoom", length, dial_scales.zoom_scale(engraved),
                   "Focal length f at infinity: the groups move along the zoom positions of the lens")

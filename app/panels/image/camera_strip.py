@@ -35,7 +35,7 @@ METERING_TIPS = {
 
 @dataclass(frozen=True)
 class Value:
-    """One value of the strip: name, dial, present value, setter, tooltip; follows: the meter or nothing sets it."""
+    """One value of the strip: name, dial, current value, setter, tooltip; follows: the meter or nothing sets it."""
 
     name: str
     scale: Scale
@@ -51,7 +51,7 @@ def strip_height() -> float:
     return round(theme.em(1.75))
 
 
-def camera_strip(settings: Settings, view: View, found: AppliedExposure | None, off: float | None) -> Settings:
+def camera_strip(settings: Settings, view: View, applied: AppliedExposure | None, off: float | None) -> Settings:
     """Draw the strip in the rest of the line; returns the settings after its changes.
 
     found: the exposure of the picture. off: stops by which the picture is brighter than the meter would have it.
@@ -60,7 +60,7 @@ def camera_strip(settings: Settings, view: View, found: AppliedExposure | None, 
     corner, width, height = imgui.get_cursor_screen_pos(), imgui.get_content_region_avail().x, strip_height()
     mode = mode_of(settings, view.program)
     try:
-        values = strip_values(settings, mode, found)
+        values = strip_values(settings, mode, applied)
     except NotCompiledError:
         _go_below(corner, height)
         raise
@@ -78,7 +78,7 @@ def camera_strip(settings: Settings, view: View, found: AppliedExposure | None, 
     right = corner.x + width - theme.em(0.7)
     wide = min(theme.em(METER_WIDTH), right - imgui.get_cursor_screen_pos().x)
     if wide > theme.em(NARROW_METER):
-        settings = _meter(settings, mode, found, off, ImVec2(right - wide, corner.y), ImVec2(wide, height))
+        settings = _meter(settings, mode, applied, off, ImVec2(right - wide, corner.y), ImVec2(wide, height))
     imgui.pop_style_color()
     _go_below(corner, height)
     return settings
@@ -113,7 +113,7 @@ def _modes(mode: str, width: float) -> str:
     return mode
 
 
-def strip_values(settings: Settings, mode: str, found: AppliedExposure | None) -> list[Value]:
+def strip_values(settings: Settings, mode: str, applied: AppliedExposure | None) -> list[Value]:
     """The values of the strip in a mode; found: the exposure of the picture."""
     got, off = readings(settings), mode == "off"
     values = []
@@ -121,30 +121,30 @@ def strip_values(settings: Settings, mode: str, found: AppliedExposure | None) -
         widest = got.widest_f_number or 1.0
         shown = settings.f_number if settings.f_number is not None else widest
 
-        def aperture(given: Settings, value: float) -> Settings:
-            return replace(given, f_number=None if given.has_lens and value <= widest else value)
+        def aperture(current: Settings, value: float) -> Settings:
+            return replace(current, f_number=None if current.has_lens and value <= widest else value)
 
         values.append(Value("f-number", dial_scales.aperture_scale(widest, max(DEFAULT.f_number or widest, widest)),
                             shown, aperture, "f-number N: focal length over the diameter of the entrance pupil",
                             mode in ("P", "S")))
-    triangle = found is None or found.triangle is not None
+    triangle = applied is None or applied.triangle is not None
 
-    def time(given: Settings, value: float) -> Settings:
-        return replace(given, shutter=value)
+    def time(current: Settings, value: float) -> Settings:
+        return replace(current, shutter=value)
 
-    def iso(given: Settings, value: float) -> Settings:
-        return replace(given, iso=value, exposing="triangle" if given.exposing == "automatic" else given.exposing)
+    def iso(current: Settings, value: float) -> Settings:
+        return replace(current, iso=value, exposing="triangle" if current.exposing == "automatic" else current.exposing)
 
     values.append(Value("Time", dial_scales.shutter_scale(DEFAULT.shutter), settings.shutter, time,
                         "Exposure time t: what moves blurs; it brightens the picture in the modes P A S M",
                         mode in ("P", "A"), off))
     if triangle:
-        automatic = mode == "I" and found is not None
-        values.append(Value("ISO", dial_scales.iso_scale(), found.iso if automatic and found else settings.iso, iso,
-                            "Speed: the gain behind the sensor, of signal and noise alike", automatic, off))
+        automatic = mode == "I" and applied is not None
+        values.append(Value("ISO", dial_scales.iso_scale(), applied.iso if automatic and applied else settings.iso, iso,
+                            "Speed: the gain after the sensor, for signal and noise", automatic, off))
 
-    def correction(given: Settings, value: float) -> Settings:
-        return replace(given, exposure=value)
+    def correction(current: Settings, value: float) -> Settings:
+        return replace(current, exposure=value)
 
     values.append(Value("Correction", dial_scales.exposure_scale(), settings.exposure, correction,
                         "Exposure correction: stops by which the picture is brightened, over the mode's choice"))
@@ -181,29 +181,30 @@ def _shown(settings: Settings, value: Value) -> Settings:
     return value.taken(settings, turned) if turned != value.value else settings
 
 
-def _meter(settings: Settings, mode: str, found: AppliedExposure | None, off: float | None, at: ImVec2,
+def _meter(settings: Settings, mode: str, applied: AppliedExposure | None, off: float | None, corner: ImVec2,
            size: ImVec2) -> Settings:
     """The needle on a scale of ±METER stops; a click opens the choice of the metering."""
     colour, pixel, draw = theme.colours(), theme.scale(), imgui.get_window_draw_list()
     wide, height = size.x, size.y
-    imgui.set_cursor_screen_pos(at)
+    imgui.set_cursor_screen_pos(corner)
     if imgui.invisible_button("Meter", ImVec2(wide, height)):
         imgui.open_popup("Metering")
     lines = ["Meter: exposure of the picture relative to the metered exposure, in stops"]
-    if found is not None:
-        lines.append(exposure_text(found))
+    if applied is not None:
+        lines.append(exposure_text(applied))
     if off is not None and mode in METERED and abs(off - settings.exposure) > 0.3:
         lines.append("The range of f-numbers or times ends before the meter's choice")
     imgui.set_item_tooltip("\n".join(lines))
-    ev = f"EV {fixed(found.triangle.ev100, 1)}" if found is not None and found.triangle is not None else ""
+    ev = f"EV {fixed(applied.triangle.ev100, 1)}" if applied is not None and applied.triangle is not None else ""
     theme.small()
     room = imgui.calc_text_size("EV −10.0").x + theme.em(0.4) if wide >= theme.em(METER_WIDTH) else 0.0
     if room:
         line = imgui.get_text_line_height()
-        draw.add_text(ImVec2(round(at.x), round(at.y + 0.5 * (height - line))), theme.packed(colour.dim),
+        draw.add_text(ImVec2(round(corner.x), round(corner.y + 0.5 * (height - line))), theme.packed(colour.dim),
                       ev.replace("-", "−"))
     imgui.pop_font()
-    left, right, base = at.x + room + theme.em(0.3), at.x + wide - theme.em(0.3), round(at.y + 0.72 * height)
+    left, right = corner.x + room + theme.em(0.3), corner.x + wide - theme.em(0.3)
+    base = round(corner.y + 0.72 * height)
     for i in range(int(-3 * METER), int(3 * METER) + 1):
         x = round(left + (i / 3.0 + METER) / (2.0 * METER) * (right - left))
         tall = 0.34 if i == 0 else 0.24 if i % 3 == 0 else 0.1
@@ -213,7 +214,7 @@ def _meter(settings: Settings, mode: str, found: AppliedExposure | None, off: fl
         x = left + (min(max(off, -METER), METER) + METER) / (2.0 * METER) * (right - left)
         draw.add_triangle_filled(ImVec2(x, base + pixel), ImVec2(x - 4.0 * pixel, base + 6.0 * pixel),
                                  ImVec2(x + 4.0 * pixel, base + 6.0 * pixel), theme.packed(colour.strong))
-    imgui.set_next_window_pos(ImVec2(at.x + wide, at.y + height), imgui.Cond_.appearing, ImVec2(1.0, 0.0))
+    imgui.set_next_window_pos(ImVec2(corner.x + wide, corner.y + height), imgui.Cond_.appearing, ImVec2(1.0, 0.0))
     if imgui.begin_popup("Metering"):
         settings = replace(settings, metering=toggles("Meter", METERINGS, settings.metering, METERING_TIPS))
         imgui.end_popup()

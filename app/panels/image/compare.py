@@ -1,4 +1,4 @@
-"""The picture A beside the present one, B: labels that distinguish them, the wipe's line, the difference's scale.
+"""The reference A and the current picture B: labels that distinguish them, the wipe's line, the difference's scale.
 
 Their colours do not follow the theme, because the pictures below do not.
 """
@@ -13,7 +13,7 @@ from lensbench.app.bench.tone import Difference
 from lensbench.app.display.frame import Box, Pinned
 from lensbench.app.drawing import theme
 from lensbench.app.panels.controls.controls import lens_name, scene_title
-from lensbench.app.panels.image.overlays import draw_note, plate
+from lensbench.app.panels.image.overlays import SCALE_STEPS, draw_colour_scale, draw_note
 from lensbench.app.session.lens_shelf import film_name
 from lensbench.app.settings.setting_table import LAYOUTS, TONES, VIEWS
 from lensbench.app.settings.settings import Settings
@@ -24,7 +24,6 @@ from lensbench.core.text import significant
 
 UNSAID = ("samples", "compare", "wipe", "overlay", "limit", "position", "yaw", "pitch",
           "end_position", "end_yaw", "end_pitch")
-WORDS = (0.86, 0.86, 0.86, 1.0)
 
 
 def draw_pinned(draw: imgui.ImDrawList, pinned: Pinned, upper: ImVec2, lower: ImVec2,
@@ -55,12 +54,12 @@ def plate_lines(text: str, samples: str, room: float, width: Callable[[str], flo
     width: of a text, in the unit of `room`.
     """
     lines: list[str] = []
-    for part in text.split(", "):
-        joined = f"{lines[-1]}, {part}" if lines else part
+    for piece in text.split(", "):
+        joined = f"{lines[-1]}, {piece}" if lines else piece
         if lines and width(joined) <= room:
             lines[-1] = joined
         else:
-            lines.append(part)
+            lines.append(piece)
     joined = f"{lines[-1]}   {samples}"
     return [*lines[:-1], joined] if width(joined) <= room else [*lines, samples]
 
@@ -121,8 +120,8 @@ def wiped(settings: Settings, upper: ImVec2, lower: ImVec2, corner: ImVec2, room
     if imgui.is_item_hovered() and imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
         settings = replace(settings, wipe=0.5)
     elif imgui.is_item_active() and imgui.get_io().mouse_delta.x:
-        part = (imgui.get_mouse_pos().x - upper.x) / max(lower.x - upper.x, 1.0)
-        settings = replace(settings, wipe=min(max(part, 0.0), 1.0))
+        fraction = (imgui.get_mouse_pos().x - upper.x) / max(lower.x - upper.x, 1.0)
+        settings = replace(settings, wipe=min(max(fraction, 0.0), 1.0))
     draw = imgui.get_window_draw_list()
     x = round(upper.x + settings.wipe * (lower.x - upper.x))
     draw.add_rect_filled(ImVec2(x - 2.0 * pixel, top), ImVec2(x + 2.0 * pixel, bottom), theme.packed((0, 0, 0, 0.35)))
@@ -135,28 +134,11 @@ def wiped(settings: Settings, upper: ImVec2, lower: ImVec2, corner: ImVec2, room
     return settings
 
 
-def draw_scale(draw: imgui.ImDrawList, found: Difference, corner: ImVec2) -> Box:
-    """Legend of the difference, with RMS and maximum, above the picture's lower left corner; the box of its plate."""
-    pixel = theme.scale()
-    theme.small()
-    line = imgui.get_text_line_height()
-    width, bar, pad = theme.em(20.0), round(7.0 * pixel), 8.0 * pixel
-    left, top = corner.x + 14.0 * pixel, corner.y - bar - 2.0 * line - 18.0 * pixel
-    box = plate(draw, (left - pad, top - 0.6 * pad, left + width + pad, top + bar + 2 * line + pad))
-    text = theme.packed(WORDS)
-    title = "No difference" if found.largest == 0.0 else \
-        f"|B − A|, linear light   RMS {significant(found.rms, 3)}   maximum {significant(found.largest, 3)}"
-    draw.add_text(ImVec2(left, top), text, title)
-    steps, y = 48, top + line + 2.0 * pixel
-    for i in range(steps):
-        x = (i + 0.5) / steps
-        code = 12.92 * x if x <= 0.0031308 else 1.055 * x ** (1.0 / 2.4) - 0.055
-        draw.add_rect_filled(ImVec2(left + i * width / steps, y), ImVec2(left + (i + 1) * width / steps, y + bar),
-                             theme.packed((code, code, code, 1.0)))
-    for part in (0.0, 0.25, 0.5, 0.75, 1.0):
-        name = significant(part * found.scale, 3)
-        extent = imgui.calc_text_size(name).x
-        x = min(max(left + part * width - 0.5 * extent, left), left + width - extent)
-        draw.add_text(ImVec2(round(x), y + bar + 2.0 * pixel), text, name)
-    imgui.pop_font()
-    return box
+def draw_scale(draw: imgui.ImDrawList, difference: Difference, corner: ImVec2) -> Box:
+    """Legend of the difference, with RMS and maximum, as `draw_colour_scale` draws it."""
+    title = "No difference" if difference.largest == 0.0 else \
+        f"|B − A|, linear light   RMS {significant(difference.rms, 3)}   maximum {significant(difference.largest, 3)}"
+    shares = ((i + 0.5) / SCALE_STEPS for i in range(SCALE_STEPS))
+    codes = (12.92 * x if x <= 0.0031308 else 1.055 * x ** (1.0 / 2.4) - 0.055 for x in shares)
+    return draw_colour_scale(draw, corner, title, [(code, code, code) for code in codes], {
+        fraction: significant(fraction * difference.scale, 3) for fraction in (0.0, 0.25, 0.5, 0.75, 1.0)})

@@ -112,12 +112,12 @@ def _frame(size: tuple[int, int], view: View, corner: ImVec2, room: ImVec2) -> t
 def _shown_size(settings: Settings, picture: Picture) -> tuple[int, int]:
     """Pixels across and down of the settings: a coarse picture during a drag takes the same place as the full one."""
     size = settings.pixels_x, settings.pixels_y
-    alike = abs(size[0] * picture.size[1] - size[1] * picture.size[0]) <= 0.02 * size[0] * picture.size[1]
-    return size if picture.recorded is None and alike else picture.size
+    same_shape = abs(size[0] * picture.size[1] - size[1] * picture.size[0]) <= 0.02 * size[0] * picture.size[1]
+    return size if picture.recorded is None and same_shape else picture.size
 
 
 def _pinned_alone(picture: Picture, settings: Settings, view: View, corner: ImVec2, room: ImVec2) -> None:
-    """The pinned picture A, to the left of the present picture."""
+    """The pinned picture A, to the left of the current picture."""
     assert picture.pinned is not None
     pixel, draw = theme.scale(), imgui.get_window_draw_list()
     _, upper, lower = _frame(picture.pinned.size, view, corner, room)
@@ -159,11 +159,11 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
 
     # The mouse
     mouse = imgui.get_mouse_pos()
-    at = ((mouse.x - x0) / max(extent.x, 1.0), (mouse.y - y0) / max(extent.y, 1.0))
-    inside = 0.0 <= at[0] < 1.0 and 0.0 <= at[1] < 1.0
+    position = ((mouse.x - x0) / max(extent.x, 1.0), (mouse.y - y0) / max(extent.y, 1.0))
+    inside = 0.0 <= position[0] < 1.0 and 0.0 <= position[1] < 1.0
     if imgui.is_item_hovered() and inside and picture.recorded is None:
-        view.links.hover = view.pointed = (at[0] * width, at[1] * height)
-    settings = _handled(settings, picture, view, at, inside, extent)
+        view.links.hover = view.pointed = (position[0] * width, position[1] * height)
+    settings = _handled(settings, picture, view, position, inside, extent)
     settings = focused_by_click(settings, picture, view)
 
     # The overlays
@@ -172,7 +172,7 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     if view.mark is not None and view.mark.holds(settings) and not picture.recorded:
         draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
     if picture.recorded is not None and view.cross is not None:
-        at_x, at_y = ((place + 0.5) / size for place, size in zip(view.cross, picture.size, strict=True))
+        at_x, at_y = ((index + 0.5) / size for index, size in zip(view.cross, picture.size, strict=True))
         draw_cross(draw, ImVec2(x0 + at_x * extent.x, y0 + at_y * extent.y), (upper.x, lower.x) if view.line else None)
     if view.histogram and picture.histogram is not None:
         view.plates.append(draw_histogram(draw, picture.histogram, ImVec2(min(lower.x, end.x), min(lower.y, end.y))))
@@ -180,10 +180,10 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     if picture.pinned is not None:
         settings = _compared(settings, picture, view, upper, lower, (corner, room))
     if view.magnifier and inside and imgui.is_mouse_hovering_rect(corner, end):
-        over_a = picture.pinned is not None and settings.compare == "wipe" and at[0] < settings.wipe
+        over_a = picture.pinned is not None and settings.compare == "wipe" and position[0] < settings.wipe
         light = picture.pinned.light if over_a and picture.pinned is not None else picture.light
         if light is not None:
-            draw_magnifier(draw, light, at, view.magnifier, (corner, end))
+            draw_magnifier(draw, light, position, view.magnifier, (corner, end))
     draw.pop_clip_rect()
     if picture.waiting > SLOW:
         _progress(picture, corner, room)
@@ -213,9 +213,9 @@ def _say_below(draw: imgui.ImDrawList, view: View, corner: ImVec2, text: str) ->
     """A note above the picture's lower left corner."""
     if text:
         theme.small()
-        at = ImVec2(corner.x + 14.0 * theme.scale(),
+        origin = ImVec2(corner.x + 14.0 * theme.scale(),
                        corner.y - 12.0 * theme.scale() - imgui.get_text_line_height())
-        view.plates.append(draw_note(draw, at, text))
+        view.plates.append(draw_note(draw, origin, text))
         imgui.pop_font()
 
 
@@ -248,7 +248,7 @@ def _compared(settings: Settings, picture: Picture, view: View, upper: ImVec2, l
     return settings
 
 
-def _handled(settings: Settings, picture: Picture, view: View, at: tuple[float, float], inside: bool,
+def _handled(settings: Settings, picture: Picture, view: View, position: tuple[float, float], inside: bool,
              extent: ImVec2) -> Settings:
     """The settings and the view after this frame's mouse on the item just submitted."""
     io, pixel = imgui.get_io(), theme.scale()
@@ -258,14 +258,14 @@ def _handled(settings: Settings, picture: Picture, view: View, at: tuple[float, 
 
     # Drags
     if imgui.is_item_active() and (io.mouse_delta.x or io.mouse_delta.y):
-        held = next((b for b in (button.left, button.right, button.middle) if imgui.is_mouse_down(b)), button.left)
+        pressed = next((b for b in (button.left, button.right, button.middle) if imgui.is_mouse_down(b)), button.left)
         was_dragged = view.dragged
-        view.dragged = was_dragged or imgui.is_mouse_dragging(held, CLICK * pixel)
-        moved = imgui.get_mouse_drag_delta(held, 0.0) if view.dragged and not was_dragged else io.mouse_delta
+        view.dragged = was_dragged or imgui.is_mouse_dragging(pressed, CLICK * pixel)
+        moved = imgui.get_mouse_drag_delta(pressed, 0.0) if view.dragged and not was_dragged else io.mouse_delta
         if view.dragged and io.key_ctrl:
             view.zoom = view.zoom or view.scale
             view.centre = (_unit(view.centre[0] - moved.x / extent.x), _unit(view.centre[1] - moved.y / extent.y))
-        elif view.dragged and (held != button.left or io.key_shift):
+        elif view.dragged and (pressed != button.left or io.key_shift):
             length = _length_per_pixel(settings, extent)
             settings = panned(settings, -moved.x * length, moved.y * length)
         elif view.dragged:
@@ -275,9 +275,9 @@ def _handled(settings: Settings, picture: Picture, view: View, at: tuple[float, 
     if imgui.is_item_deactivated() and not view.dragged and inside and not io.key_ctrl \
             and imgui.is_mouse_released(button.left):
         if picture.recorded is None and (view.pin_pick or io.key_alt):
-            view.links.toggle_pin(at)
+            view.links.toggle_pin(position)
         elif view.focus_pick:
-            view.pending = Click(*at, settings.aim)
+            view.pending = Click(*position, settings.aim)
 
     # The wheel
     if imgui.is_item_hovered():
@@ -285,7 +285,7 @@ def _handled(settings: Settings, picture: Picture, view: View, at: tuple[float, 
         if io.mouse_wheel and io.key_alt and view.magnifier:
             view.magnifier = min(max(view.magnifier + int(math.copysign(1, io.mouse_wheel)), 1), len(STEPS))
         elif io.mouse_wheel and io.key_ctrl:
-            _zoom(view, at, 2.0 ** (0.5 * io.mouse_wheel))
+            _zoom(view, position, 2.0 ** (0.5 * io.mouse_wheel))
         elif io.mouse_wheel:
             settings = dollied(settings, io.mouse_wheel * DOLLY * pivot_distance(settings))
     return settings
@@ -295,12 +295,13 @@ def _unit(value: float) -> float:
     return min(max(value, 0.0), 1.0)
 
 
-def _zoom(view: View, at: tuple[float, float], factor: float) -> None:
+def _zoom(view: View, mouse: tuple[float, float], factor: float) -> None:
     """Zoom about a fixed point of the picture."""
     before = view.zoom or view.scale
     view.zoom = min(max(before * factor, ZOOMS[0]), ZOOMS[1])
-    part = before / view.zoom
-    view.centre = (_unit(at[0] + (view.centre[0] - at[0]) * part), _unit(at[1] + (view.centre[1] - at[1]) * part))
+    ratio = before / view.zoom
+    x, y = (_unit(m + (c - m) * ratio) for m, c in zip(mouse, view.centre, strict=True))
+    view.centre = x, y
 
 
 def _length_per_pixel(settings: Settings, extent: ImVec2) -> float:
@@ -325,9 +326,9 @@ def focused_by_click(settings: Settings, picture: Picture, view: View) -> Settin
     if math.isnan(depth) or depth <= 0.0 or not settings.focuses:
         return settings
     nearest = readings(settings).nearest_focus or 0.0
-    found = focused_at(settings, (x, y), depth)
-    distance = max(found.distance, nearest * (1.0 + 1e-6))
-    view.mark = Mark(x, y, distance, settings.aim, found.remark)
+    focus = focused_at(settings, (x, y), depth)
+    distance = max(focus.distance, nearest * (1.0 + 1e-6))
+    view.mark = Mark(x, y, distance, settings.aim, focus.remark)
     return replace(settings, focus_distance=distance)
 
 
@@ -339,24 +340,24 @@ def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
     if picture.waiting < (0.15 if picture.first else SLOW):
         return
     pixel, colour, draw = theme.scale(), theme.colours(), imgui.get_window_draw_list()
-    text, done, wanted = "Preparing the picture", 0, 0
+    text, done, count = "Preparing the picture", 0, 0
     if picture.plan:
-        done, wanted = sum(part.done for part in picture.plan), sum(part.total for part in picture.plan)
-        parts = " · ".join(f"{part.title} {part.done} of {part.total}" for part in picture.plan)
+        done, count = sum(task.done for task in picture.plan), sum(task.total for task in picture.plan)
+        parts = " · ".join(f"{task.title} {task.done} of {task.total}" for task in picture.plan)
         text = f"Compiling the kernels, once for this version · {fixed(picture.waiting, 0)} s\n{parts}"
     size = imgui.calc_text_size(text)
     width = max(size.x, theme.em(14.0))
     pad = round(theme.em(0.9))
     left, top = round(corner.x + 0.5 * (room.x - width)), round(corner.y + 0.5 * room.y - size.y)
-    if not picture.first:               # the picture before is in sight: beside its subject, at the lower edge
+    if not picture.first:               # the picture before is in sight: off its subject, at the lower edge
         top = round(corner.y + room.y - size.y - theme.em(0.9) - pad - theme.em(1.2))
     draw.add_rect_filled(ImVec2(left - pad, top - pad), ImVec2(left + width + pad, top + size.y + theme.em(0.9) + pad),
                          theme.packed(colour.popup, 0.92), 4.0 * pixel)
     draw.add_text(ImVec2(round(left + 0.5 * (width - size.x)), top), theme.packed(colour.text), text)
     y, thick = top + size.y + round(theme.em(0.55)), round(3.0 * pixel)
     draw.add_rect_filled(ImVec2(left, y), ImVec2(left + width, y + thick), theme.packed(colour.frame), 1.5 * pixel)
-    begin, part = left + 0.75 * width * (0.5 - 0.5 * math.cos(2.0 * picture.waiting)), 0.25
+    begin, task = left + 0.75 * width * (0.5 - 0.5 * math.cos(2.0 * picture.waiting)), 0.25
     if picture.plan:
-        begin, part = left, done / wanted
-    draw.add_rect_filled(ImVec2(begin, y), ImVec2(begin + part * width, y + thick), theme.packed(colour.text),
+        begin, task = left, done / count
+    draw.add_rect_filled(ImVec2(begin, y), ImVec2(begin + task * width, y + thick), theme.packed(colour.text),
                          1.5 * pixel)

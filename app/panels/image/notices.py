@@ -12,7 +12,7 @@ from lensbench.app.bench.lens_choice import TRIALS, tried
 from lensbench.app.bench.pose import LookAround
 from lensbench.app.display.frame import Picture, View
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import two_lines
+from lensbench.app.drawing.controls import two_lines, wrapped_tooltip
 from lensbench.app.panels.image.overlays import draw_note
 from lensbench.app.session.notices import Notice, NoticeKind, Notices
 from lensbench.app.settings.settings import Settings
@@ -35,7 +35,7 @@ def draw_trials(settings: Settings, view: View, corner: ImVec2, room: ImVec2) ->
     else:
         label = 0.0
     size = ImVec2(inner + 2.0 * style.window_padding.x, imgui.get_frame_height() + 10.0 * pixel)
-    if size.x > room.x:             # beside the lens browser of a small window: it would be cut off
+    if size.x > room.x:             # next to the lens browser of a small window: it would be cut off
         return settings
     left, bottom = round(corner.x + max(0.5 * (room.x - size.x), 0.0)), corner.y + room.y - 12.0 * pixel
     for x0, y0, x1, y1 in sorted(view.plates, key=lambda plate: -plate[3]):        # the lowest first
@@ -84,8 +84,8 @@ def look_around(settings: Settings, picture: Picture, view: View, corner: ImVec2
         if imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
             look = LookAround()
         mouse = imgui.get_mouse_pos()
-        at = (mouse.x - corner.x) / max(room.x, 1.0), (mouse.y - corner.y) / max(room.y, 1.0)
-        view.links.hover = view.pointed = view.look.raster(at, size, settings.film, settings.layout)
+        position = (mouse.x - corner.x) / max(room.x, 1.0), (mouse.y - corner.y) / max(room.y, 1.0)
+        view.links.hover = view.pointed = view.look.raster(position, size, settings.film, settings.layout)
     view.look = look
     theme.small()
     draw_note(draw, ImVec2(corner.x + 14.0 * theme.scale(),
@@ -120,9 +120,9 @@ def draw_notices(notices: Notices, corner: ImVec2, room: ImVec2) -> None:
     buttons = theme.em(1.7) + (theme.em(3.6) if len(notices) > 1 else 0.0)
     inner = room.x - 20.0 * pixel - 2.0 * imgui.get_style().window_padding.x
     width = max(inner - theme.em(1.6) - buttons, theme.em(4.0))
-    rows = [(notice, part) for notice in shown
-            for part in (two_lines(_fitting(notice, 1.9 * width), width) if len(shown) == 1 else
-                         [theme.shortened(_fitting(notice, width), width)])]
+    rows = [(notice, text_line) for notice in shown
+            for text_line in (two_lines(_fitting(notice, 1.9 * width), width) if len(shown) == 1 else
+                              [theme.shortened(_fitting(notice, width), width)])]
     pad = 5.0 * pixel
     imgui.set_cursor_screen_pos(ImVec2(corner.x + 10.0 * pixel, corner.y + 8.0 * pixel))
     imgui.push_style_color(imgui.Col_.child_bg, ImVec4(*theme.colours().popup[:3], 0.94))
@@ -139,7 +139,7 @@ def draw_notices(notices: Notices, corner: ImVec2, room: ImVec2) -> None:
             imgui.set_cursor_pos(ImVec2(left + theme.em(1.6), top + i * line))
             imgui.text_unformatted(text)
             if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip) and text != notice.text:
-                _whole(notice)
+                wrapped_tooltip([notice.text])
             if not i or rows[i - 1][0] is not notice:
                 imgui.set_cursor_pos(ImVec2(left + inner - theme.em(1.3), top + i * line))
                 _dismiss(notices, notice, f"###Dismiss {i}" if i else "###Dismiss")
@@ -206,15 +206,6 @@ def _dismiss(notices: Notices, notice: Notice, name: str) -> None:
     if _flat_button(fa.ICON_FA_XMARK + name):
         notices.forget(lambda other: other == notice)
     imgui.set_item_tooltip("Dismiss")
-
-
-def _whole(notice: Notice) -> None:
-    """The tooltip of a notice that is cut or broken."""
-    if imgui.begin_tooltip():
-        imgui.push_text_wrap_pos(theme.em(30.0))
-        imgui.text_unformatted(notice.text)
-        imgui.pop_text_wrap_pos()
-        imgui.end_tooltip()
 
 
 def _flat_button(label: str) -> bool:

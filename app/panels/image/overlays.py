@@ -1,12 +1,11 @@
 """Overlays of the picture: the focused point, the histogram, legends of false colours, and the magnifier.
 
-It shows the picture as developed, without overlays. Its own colours do not follow the theme, because those of the
-picture do not.
-
-Their colours do not follow the theme, because the picture below does not.
+The magnifier shows the picture as developed, without overlays. The colours of all of them do not follow the theme,
+because the picture below does not.
 """
 
 import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +25,7 @@ from lensbench.core.text import significant, true_minus
 
 STEPS = ((23, 15, 0.62), (15, 11, 1.0), (9, 7, 1.7), (5, 5, 3.5))      # pixels across and down, em a pixel
 NUMBERED = 3.0                  # em: from this size on a pixel holds its numbers
+SCALE_STEPS = 48                # of a scale of colours
 USUAL = 2                       # the step that the magnifier begins with
 GAP = 1.4                       # em from the mouse
 PLATE, WORDS = (0.07, 0.07, 0.07, 0.94), (0.86, 0.86, 0.86, 1.0)
@@ -41,11 +41,11 @@ def toggle_magnifier(view: View) -> None:
 def cells(values: NDArray[np.float32], x: int, y: int, across: int, down: int) -> NDArray[np.float64]:
     """Pixels (down, across, 3) of a picture (h, w, 3) about column x and row y; NaN beyond its edges."""
     height, width = values.shape[:2]
-    found = np.full((down, across, 3), np.nan)
+    block = np.full((down, across, 3), np.nan)
     rows, columns = y - down // 2 + np.arange(down), x - across // 2 + np.arange(across)
     inside = np.ix_((rows >= 0) & (rows < height), (columns >= 0) & (columns < width))
-    found[inside] = values[np.ix_(rows[(rows >= 0) & (rows < height)], columns[(columns >= 0) & (columns < width)])]
-    return found
+    block[inside] = values[np.ix_(rows[(rows >= 0) & (rows < height)], columns[(columns >= 0) & (columns < width)])]
+    return block
 
 
 def codes(light: Light, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -55,11 +55,11 @@ def codes(light: Light, values: NDArray[np.float64]) -> NDArray[np.float64]:
     return tone.develop(values, light.exposure, light.tone, light.sensor)
 
 
-def draw_magnifier(draw: imgui.ImDrawList, light: Light, at: tuple[float, float], step: int,
+def draw_magnifier(draw: imgui.ImDrawList, light: Light, position: tuple[float, float], step: int,
                    panel: tuple[ImVec2, ImVec2]) -> None:
-    """Draw it beside the mouse, within the corners of the panel. at: the mouse, as parts of width and height."""
+    """Draw it next to the mouse, within the corners of the panel. position: of the mouse, in widths and heights."""
     height, width = light.values.shape[:2]
-    x, y = min(int(at[0] * width), width - 1), min(int(at[1] * height), height - 1)
+    x, y = min(int(position[0] * width), width - 1), min(int(position[1] * height), height - 1)
     across, down, size = STEPS[step - 1]
     side = max(round(theme.em(size)), 3)
     values = cells(light.values, x, y, across, down)
@@ -116,8 +116,8 @@ def _beside(mouse: float, extent: float, low: float, high: float) -> float:
 
 def _words(x: int, y: int, value: NDArray[np.float64], code: NDArray[np.float64]) -> tuple[str, str]:
     """Place and code on the screen, and linear light of one pixel."""
-    numbers = [round(255.0 * float(part)) for part in code]
-    light = "  ".join(_number(float(part)) for part in value)
+    numbers = [round(255.0 * float(channel)) for channel in code]
+    light = "  ".join(_number(float(channel)) for channel in value)
     return f"{x}, {y}   #{numbers[0]:02x}{numbers[1]:02x}{numbers[2]:02x}", f"linear  {light}"
 
 
@@ -125,8 +125,8 @@ def _numbers(draw: imgui.ImDrawList, corner: ImVec2, side: int, value: NDArray[n
     """Red, green and blue of a pixel, one below the other, in its square."""
     line = imgui.get_text_line_height()
     top = corner.y + 0.5 * (side - 3.0 * line)
-    for i, (part, tint) in enumerate(zip(value, DARK_RGB if bright else RGB, strict=True)):
-        text = _number(float(part))
+    for i, (channel, tint) in enumerate(zip(value, DARK_RGB if bright else RGB, strict=True)):
+        text = _number(float(channel))
         x = corner.x + 0.5 * (side - imgui.calc_text_size(text).x)
         draw.add_text(ImVec2(math.floor(x), math.floor(top + i * line)), theme.packed(tint), text)
 
@@ -135,12 +135,12 @@ def _number(value: float) -> str:
     return true_minus(significant(value, 3 if value < 9.995 else 4))
 
 
-def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
+def draw_mark(draw: imgui.ImDrawList, mark: Mark, point: ImVec2) -> None:
     """Four corners around the focused point, its distance, and why it is not sharp there."""
     pixel = theme.scale()
     half, leg = round(16.0 * pixel), round(7.0 * pixel)
     amber, shade = theme.DARK.amber, (0.0, 0.0, 0.0, 0.45)
-    x, y = round(at.x), round(at.y)
+    x, y = round(point.x), round(point.y)
     for offset, tint in ((1.0, shade), (0.0, amber)):
         for sx in (-1, 1):
             for sy in (-1, 1):
@@ -160,9 +160,9 @@ def draw_mark(draw: imgui.ImDrawList, mark: Mark, at: ImVec2) -> None:
     imgui.pop_font()
 
 
-def draw_cross(draw: imgui.ImDrawList, at: ImVec2, line: tuple[float, float] | None) -> None:
+def draw_cross(draw: imgui.ImDrawList, point: ImVec2, line: tuple[float, float] | None) -> None:
     """A cross about a pixel; line: the ends of its line of pixels."""
-    pixel, x, y = theme.scale(), round(at.x), round(at.y)
+    pixel, x, y = theme.scale(), round(point.x), round(point.y)
     for offset, tint in ((pixel, (0.0, 0.0, 0.0, 0.55)), (0.0, (1.0, 1.0, 1.0, 0.9))):
         cx, cy = x + offset, y + offset
         for begin, end in ((4.0 * pixel, 11.0 * pixel), (-11.0 * pixel, -4.0 * pixel)):
@@ -183,10 +183,10 @@ def draw_pointed(draw: imgui.ImDrawList, links: Pointed, frame: tuple[float, flo
     left, top, across, down = frame
     pixel = theme.scale()
     tints = ((pixel, (0.0, 0.0, 0.0, 0.6)), (0.0, (1.0, 1.0, 1.0, 0.95)))
-    at = links.pixel(*size) if links.pinned is not None else None
-    if at is not None:
+    raster = links.pixel(*size) if links.pinned is not None else None
+    if raster is not None:
         half = max(0.5 * across, 4.0 * pixel), max(0.5 * down, 4.0 * pixel)
-        x, y = left + at[0] * across, top + at[1] * down
+        x, y = left + raster[0] * across, top + raster[1] * down
         for offset, tint in tints:
             draw.add_rect(ImVec2(x - half[0] + offset, y - half[1] + offset),
                           ImVec2(x + half[0] + offset, y + half[1] + offset), theme.packed(tint), 0.0, 1.5 * pixel)
@@ -206,13 +206,13 @@ def plate(draw: imgui.ImDrawList, box: Box, ink: tuple[float, ...] = (0.07, 0.07
     return box
 
 
-def draw_note(draw: imgui.ImDrawList, at: ImVec2, text: str) -> Box:
+def draw_note(draw: imgui.ImDrawList, corner: ImVec2, text: str) -> Box:
     """A few words on a dark plate; the box of the plate."""
     pixel = theme.scale()
     size = imgui.calc_text_size(text)
-    box = plate(draw, (at.x - 6.0 * pixel, at.y - 3.0 * pixel,
-                       at.x + size.x + 6.0 * pixel, at.y + size.y + 3.0 * pixel))
-    draw.add_text(ImVec2(round(at.x), round(at.y)), theme.packed((0.86, 0.86, 0.86, 1.0)), text)
+    box = plate(draw, (corner.x - 6.0 * pixel, corner.y - 3.0 * pixel,
+                       corner.x + size.x + 6.0 * pixel, corner.y + size.y + 3.0 * pixel))
+    draw.add_text(ImVec2(round(corner.x), round(corner.y)), theme.packed(WORDS), text)
     return box
 
 
@@ -238,33 +238,40 @@ def draw_histogram(draw: imgui.ImDrawList, shares: NDArray[np.float64], corner: 
 
 
 def draw_legend(draw: imgui.ImDrawList, corner: ImVec2) -> Box:
-    """The legend of the false colours, above the picture's lower left corner; the box of its plate."""
+    """The legend of the circle of confusion, as `draw_colour_scale` draws it."""
+    tints = []
+    for i in range(SCALE_STEPS):
+        # Twice log2 from 64 down to 1 and up again, as in the shader
+        share = abs(2.0 * (i + 0.5) / SCALE_STEPS - 1.0)
+        side = theme.NEARER[:3] if i < SCALE_STEPS // 2 else theme.FARTHER[:3]
+        strength = 0.25 + 0.75 * share
+        red, green, blue = ((0.5 * (1 - strength) + strength * c) * (0.55 + 0.45 * share) for c in side)
+        tints.append(theme.DARK.amber[:3] if share < 0.1 else (red, green, blue))
+    return draw_colour_scale(draw, corner, "Circle of confusion, px", tints, {
+        0.0: "64 nearer", 0.333: "4", 0.5: "1", 0.667: "4", 1.0: "64 farther"})
+
+
+def draw_colour_scale(draw: imgui.ImDrawList, corner: ImVec2, title: str, tints: Sequence[tuple[float, float, float]],
+                      names: Mapping[float, str]) -> Box:
+    """A scale of colours with its title, above the picture's lower left corner; the box of its plate.
+
+    tints: from left to right. names: below it, by their fraction of its width.
+    """
     pixel = theme.scale()
     theme.small()
     line = imgui.get_text_line_height()
-    width, bar = theme.em(20.0), round(7.0 * pixel)
+    width, bar, pad = theme.em(20.0), round(7.0 * pixel), 8.0 * pixel
     left, top = corner.x + 14.0 * pixel, corner.y - bar - 2.0 * line - 18.0 * pixel
-    pad = 8.0 * pixel
     box = plate(draw, (left - pad, top - 0.6 * pad, left + width + pad, top + bar + 2 * line + pad))
-    text = theme.packed((0.86, 0.86, 0.86, 1.0))
-    draw.add_text(ImVec2(left, top), text, "Circle of confusion, px")
-    steps, y = 48, top + line + 2.0 * pixel
-    for i in range(steps):
-        # Twice log2 from 64 down to 1 and up again, as in the shader
-        size = 6.0 * abs(2.0 * (i + 0.5) / steps - 1.0)
-        side = theme.NEARER[:3] if i < steps // 2 else theme.FARTHER[:3]
-        share = size / 6.0
-        if size < 0.6:
-            tint = theme.DARK.amber[:3]
-        else:
-            part = 0.25 + 0.75 * share
-            red, green, blue = ((0.5 * (1 - part) + part * c) * (0.55 + 0.45 * share) for c in side)
-            tint = (red, green, blue)
-        draw.add_rect_filled(ImVec2(left + i * width / steps, y), ImVec2(left + (i + 1) * width / steps, y + bar),
+    text = theme.packed(WORDS)
+    draw.add_text(ImVec2(left, top), text, title)
+    step, y = width / len(tints), top + line + 2.0 * pixel
+    for i, tint in enumerate(tints):
+        draw.add_rect_filled(ImVec2(left + i * step, y), ImVec2(left + (i + 1) * step, y + bar),
                              theme.packed((*tint, 1.0)))
-    for place, name in ((0.0, "64 nearer"), (0.333, "4"), (0.5, "1"), (0.667, "4"), (1.0, "64 farther")):
+    for fraction, name in names.items():
         extent = imgui.calc_text_size(name).x
-        x = min(max(left + place * width - 0.5 * extent, left), left + width - extent)
+        x = min(max(left + fraction * width - 0.5 * extent, left), left + width - extent)
         draw.add_text(ImVec2(round(x), y + bar + 2.0 * pixel), text, name)
     imgui.pop_font()
     return box
@@ -294,7 +301,7 @@ def draw_fates(draw: imgui.ImDrawList, settings: Settings, corner: ImVec2, lit: 
             draw.add_rect(ImVec2(left - pixel, top - pixel), ImVec2(left + width, top + 0.5 * line + pixel),
                           theme.packed((1.0, 1.0, 1.0, 1.0)), 0.0, 2.0 * pixel)
         draw.add_text(ImVec2(round(left + 0.5 * (width - imgui.calc_text_size(name).x)), top + 0.55 * line),
-                      theme.packed((0.86, 0.86, 0.86, 1.0)), name)
+                      theme.packed(WORDS), name)
         left += width
     imgui.pop_font()
     return box

@@ -29,7 +29,7 @@ VIEW_TIPS = {
     "picture": "The light that the camera sees",
     "direction": "The direction d of the rays in the world as a colour, (d + 1) / 2",
     "origin": "Where the rays leave the lens",
-    "fate": "Rays from all over the rear opening: white where they arrive in the scene, grey where the stop blocks "
+    "fate": "Rays from all over the rear element: white where they arrive in the scene, grey where the stop blocks "
             "them, another colour where another surface or total reflection does",
     "time": "When between the opening and the closing of the shutter each sample is taken",
     "depth": "How near each thing is: white for the nearest, black for the sky",
@@ -151,7 +151,7 @@ MORE = "More tools"
 class Tool:
     """One tool. name: of its item. label: what the row shows; title and key: what the menu “…” shows.
 
-    press: called on a click, with the present settings; returns the changed ones. menu: draws the tool's own menu,
+    press: called on a click, with the current settings; returns the changed ones. menu: draws the tool's own menu,
     `width` em wide, into an open popup, instead. gap: the tool begins a group.
     """
 
@@ -211,28 +211,28 @@ def _size_tools(view: View) -> list[Tool]:
 
 def _looking_tools(settings: Settings, view: View) -> list[Tool]:
     """Click to focus, overlays, histogram, magnifier, views, comparison."""
-    def focus_pick(given: Settings) -> Settings:
+    def focus_pick(current: Settings) -> Settings:
         view.focus_pick, view.pin_pick = not view.focus_pick, False
-        return given
+        return current
 
-    def pin_pick(given: Settings) -> Settings:
+    def pin_pick(current: Settings) -> Settings:
         view.pin_pick, view.focus_pick = not view.pin_pick, view.pin_pick
-        return given
+        return current
 
     def overlay(key: str) -> Callable[[Settings], Settings]:
-        return lambda given: replace(given, overlay="none" if given.overlay == key else key)
+        return lambda current: replace(current, overlay="none" if current.overlay == key else key)
 
-    def histogram(given: Settings) -> Settings:
+    def histogram(current: Settings) -> Settings:
         view.histogram = not view.histogram
-        return given
+        return current
 
-    def magnifier(given: Settings) -> Settings:
+    def magnifier(current: Settings) -> Settings:
         toggle_magnifier(view)
-        return given
+        return current
 
-    def look(given: Settings) -> Settings:
+    def look(current: Settings) -> Settings:
         view.look = None if view.look is not None else LookAround()
-        return given
+        return current
 
     panorama = [replace(_tool("Look around", fa.ICON_FA_STREET_VIEW, "Look around", view.look is not None, look),
                         gap=True)] if settings.kind.panorama else []
@@ -256,7 +256,7 @@ def _looking_tools(settings: Settings, view: View) -> list[Tool]:
         Tool("Compare", fa.ICON_FA_CODE_COMPARE, "Compare", "", "Compare two settings: pin the picture as the "
              "reference A (A), then choose\nside by side (S), a wipe (W), or the difference (D)",
              settings.compare != "off",
-             menu=lambda given: comparison_menu(given, view.pinned, view), width=16.0)]
+             menu=lambda current: comparison_menu(current, view.pinned, view), width=16.0)]
 
 
 def _render_tools(picture: Picture, view: View) -> list[Tool]:

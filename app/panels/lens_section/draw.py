@@ -22,7 +22,7 @@ from lensbench.app.plots.section import Sketch, elements
 from lensbench.core.text import significant
 
 MARGIN = 1.16               # of the tallest part, above and below
-LEFT, RIGHT = 0.16, 0.16    # of the width, kept for the rays that come in and for the names beside the film
+LEFT, RIGHT = 0.16, 0.16    # of the width, kept for the rays that come in and for the names next to the film
 MOST_NAMES = 0.3            # of the width, at most, that these names get
 ZOOM_STEP = 1.15
 MIN_SCALE, MAX_SCALE = 1e-3, 1e5
@@ -219,11 +219,11 @@ def draw_rays(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, dead: bool
                     draw.add_polyline(path, line, weight * pixel, OPEN)
 
 
-def draw_cross(draw: imgui.ImDrawList, at: ImVec2, colour: int) -> None:
+def draw_cross(draw: imgui.ImDrawList, point: ImVec2, colour: int) -> None:
     """The end of a lost ray."""
     arm = CROSS * theme.scale()
-    draw.add_line(ImVec2(at.x - arm, at.y - arm), ImVec2(at.x + arm, at.y + arm), colour, theme.scale())
-    draw.add_line(ImVec2(at.x - arm, at.y + arm), ImVec2(at.x + arm, at.y - arm), colour, theme.scale())
+    draw.add_line(ImVec2(point.x - arm, point.y - arm), ImVec2(point.x + arm, point.y + arm), colour, theme.scale())
+    draw.add_line(ImVec2(point.x - arm, point.y + arm), ImVec2(point.x + arm, point.y - arm), colour, theme.scale())
 
 
 def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, signs: list[tuple[float, float, float]]) -> None:
@@ -265,15 +265,15 @@ def draw_stop_handles(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, li
         return
     colour, pixel = theme.colours(), theme.scale()
     for sign in (1.0, -1.0):
-        at = canvas.at(*sketch.on_stop(sign * sketch.stop_radius, sketch.stop_radius))
-        at = ImVec2(floor(at.x), at.y)
-        draw.add_circle_filled(at, 3.5 * pixel, theme.packed(colour.amber if lit else colour.well))
-        draw.add_circle(at, 3.5 * pixel, theme.packed(colour.amber), 0, 1.6 * pixel)
+        point = canvas.at(*sketch.on_stop(sign * sketch.stop_radius, sketch.stop_radius))
+        point = ImVec2(floor(point.x), point.y)
+        draw.add_circle_filled(point, 3.5 * pixel, theme.packed(colour.amber if lit else colour.well))
+        draw.add_circle(point, 3.5 * pixel, theme.packed(colour.amber), 0, 1.6 * pixel)
 
 
 def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool, movable: bool,
               centred: bool = True) -> None:
-    """The film with its handle below, and the names of the fields beside their images.
+    """The film with its handle below, and the names of the fields next to their images.
 
     centred: False for a film that is drawn elsewhere, where the plane of focus and film distance is only faint.
     """
@@ -307,7 +307,7 @@ def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool,
         draw.add_text(ImVec2(floor(left), floor(y)), theme.packed(tint), name)
 
     for fan, name, (_, text) in sorted(zip(sketch.fans, names, field_colours(), strict=True),
-                                       key=lambda each: -each[0].height):
+                                       key=lambda pair: -pair[0].height):
         y = canvas.at(0.0, fan.height).y - (0.5 * line if fan.height else 1.0 * line)
         y = max(y, free)
         free = y + line

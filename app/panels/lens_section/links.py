@@ -86,23 +86,23 @@ def pushed_apart(centres: list[float], widths: list[float], gap: float) -> list[
 
 
 def nearest_ray(sketch: Sketch, canvas: Canvas, mouse: ImVec2, reach: float, dead: bool) -> tuple[Fan, int] | None:
-    """The fan and number of the ray nearest to the mouse within reach (pixels); a dead ray's cross counts first."""
-    at = np.array([mouse.x, mouse.y])
-    best, found = reach, None
+    """The fan and number of the ray nearest to the mouse within reach (pixels); a blocked ray's cross counts first."""
+    point = np.array([mouse.x, mouse.y])
+    best, nearest = reach, None
     for fan in sketch.fans:
         for i, ray in enumerate(fan.rays):
             if ray.kind == "dead" and not dead:
                 continue
             path = canvas.pixels(ray.path)
-            if ray.kind == "dead" and np.hypot(*(path[-1] - at)) < 2.0 * reach:
-                distance = 0.25 * float(np.hypot(*(path[-1] - at)))
+            if ray.kind == "dead" and np.hypot(*(path[-1] - point)) < 2.0 * reach:
+                distance = 0.25 * float(np.hypot(*(path[-1] - point)))
             else:
                 a, step = path[:-1], np.diff(path, axis=0)
-                t = np.clip(((at - a) * step).sum(1) / np.maximum((step**2).sum(1), 1e-12), 0.0, 1.0)
-                distance = float(np.hypot(*(a + t[:, None] * step - at).T).min())
+                t = np.clip(((point - a) * step).sum(1) / np.maximum((step**2).sum(1), 1e-12), 0.0, 1.0)
+                distance = float(np.hypot(*(a + t[:, None] * step - point).T).min())
             if distance < best:
-                best, found = distance, (fan, i)
-    return found
+                best, nearest = distance, (fan, i)
+    return nearest
 
 
 FADED = 0.25                    # opacity of the section's own rays under those of a pixel
@@ -173,22 +173,22 @@ def surfaces_at(sketch: Sketch, canvas: Canvas, mouse: ImVec2, reach: float) -> 
     """The surface within reach (pixels) of the mouse, or both of the glass under it; the stop by its blades."""
     if sketch.lens is None:
         return ()
-    at, best, found = np.array([mouse.x, mouse.y]), reach, -1
+    point, best, nearest = np.array([mouse.x, mouse.y]), reach, -1
     for i, curve in enumerate(surface_curves(sketch.lens)):
         if i == sketch.lens.stop_index and sketch.stop_radius is not None:
             outer = max(sketch.open_radius or sketch.stop_radius, sketch.near_stop)
             height = abs(canvas.view.to_lens(canvas.corner, mouse)[1])
-            beside = sketch.stop_radius <= height <= 1.12 * outer
-            away = abs(canvas.at(sketch.stop_z, 0.0).x - mouse.x) if beside else np.inf
+            on_blade = sketch.stop_radius <= height <= 1.12 * outer
+            away = abs(canvas.at(sketch.stop_z, 0.0).x - mouse.x) if on_blade else np.inf
         else:
             points = canvas.memo.of(("surface", sketch.lens, i, canvas), partial(canvas.pixels, curve))
             step = np.diff(points, axis=0)
-            t = np.clip(((at - points[:-1]) * step).sum(1) / np.maximum((step**2).sum(1), 1e-12), 0.0, 1.0)
-            away = float(np.hypot(*(points[:-1] + t[:, None] * step - at).T).min())
+            t = np.clip(((point - points[:-1]) * step).sum(1) / np.maximum((step**2).sum(1), 1e-12), 0.0, 1.0)
+            away = float(np.hypot(*(points[:-1] + t[:, None] * step - point).T).min())
         if away < best:
-            best, found = away, i
-    if found >= 0:
-        return (found,)
+            best, nearest = away, i
+    if nearest >= 0:
+        return (nearest,)
     z, y = canvas.view.to_lens(canvas.corner, mouse)
     for element in elements(sketch.lens):
         if element.holds(z, y):
@@ -209,13 +209,13 @@ def draw_posed(draw: imgui.ImDrawList, posed: InSection, canvas: Canvas) -> None
         else:
             dashed(draw, *line, theme.packed(colour.amber, 0.7))
     for name, point in posed.points.items():
-        at = canvas.at(float(point[0]), float(point[1]))
-        if not (canvas.x < at.x < canvas.x + canvas.width and canvas.y < at.y < canvas.y + canvas.height):
+        position = canvas.at(float(point[0]), float(point[1]))
+        if not (canvas.x < position.x < canvas.x + canvas.width and canvas.y < position.y < canvas.y + canvas.height):
             continue
-        draw.add_circle_filled(at, 3.0 * pixel, theme.packed(colour.amber))
+        draw.add_circle_filled(position, 3.0 * pixel, theme.packed(colour.amber))
         size = imgui.calc_text_size(name)
-        x = min(at.x + 6.0 * pixel, canvas.x + canvas.width - size.x - 4.0 * pixel)
-        y = min(max(at.y - 0.5 * size.y, canvas.y), canvas.y + canvas.height - size.y)
+        x = min(position.x + 6.0 * pixel, canvas.x + canvas.width - size.x - 4.0 * pixel)
+        y = min(max(position.y - 0.5 * size.y, canvas.y), canvas.y + canvas.height - size.y)
         draw.add_text(ImVec2(x, y), theme.packed(colour.amber_text), name)
     draw.add_polyline(canvas.points(posed.film), theme.packed(colour.strong), 2.5 * pixel, OPEN)
 
@@ -226,13 +226,13 @@ def _across(plane: tuple[np.ndarray, np.ndarray], canvas: Canvas) -> tuple[ImVec
     start, ahead = canvas.at(float(z), float(y)), canvas.at(float(z + dz), float(y + dy))
     dx, dy = ahead.x - start.x, ahead.y - start.y
     low, high = -np.inf, np.inf
-    for at, step, first, last in ((start.x, dx, canvas.x, canvas.x + canvas.width),
-                                  (start.y, dy, canvas.y, canvas.y + canvas.height)):
+    for coordinate, step, first, last in ((start.x, dx, canvas.x, canvas.x + canvas.width),
+                                          (start.y, dy, canvas.y, canvas.y + canvas.height)):
         if abs(step) < 1e-12:
-            if not first <= at <= last:
+            if not first <= coordinate <= last:
                 return None
             continue
-        near, far = sorted(((first - at) / step, (last - at) / step))
+        near, far = sorted(((first - coordinate) / step, (last - coordinate) / step))
         low, high = max(low, near), min(high, far)
     if not low < high or hypot(dx, dy) == 0.0:
         return None

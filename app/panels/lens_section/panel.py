@@ -19,12 +19,12 @@ from lensbench.app.drawing import theme
 from lensbench.app.drawing.recorded import FrameMemo
 from lensbench.app.panels.lens_section import draw as drawing, links as marks
 from lensbench.app.panels.lens_section.draw import Canvas, View, fitted
-from lensbench.app.panels.lens_section.handles import HandleState, draw_body, draw_handle, edit_by_handles
+from lensbench.app.panels.lens_section.handles import (
+    Ghost, HandleState, blocked_ray_switch, draw_body, draw_ghost, draw_handle, edit_by_handles, edit_switch, front_of,
+    ghost_of, place_of_text, view_switch
+)
 from lensbench.app.panels.lens_section.links import (
     FADED, draw_faults, draw_lit_surfaces, draw_pixel_fan, draw_posed, draw_ray, surfaces_at
-)
-from lensbench.app.panels.lens_section.switches import (
-    Ghost, blocked_ray_switch, draw_ghost, edit_switch, front_of, ghost_of, place_of_text, view_switch
 )
 from lensbench.app.plots.exit_pupil import region
 from lensbench.app.plots.pixel_rays import Pointed, in_section, pixel_fan
@@ -49,7 +49,7 @@ class SectionState:
     fitted_to: tuple = ()
     film_z: float = 0.0             # of the previous frame
     blocked_rays: bool = True
-    held: float = 0.0               # stop radius or film z (mm) under the mouse while a handle is dragged
+    dragged: float = 0.0            # stop radius or film z (mm) under the mouse while a handle is dragged
     mouse: float = 0.0
     memo: FrameMemo = field(default_factory=FrameMemo)     # glass, surfaces and rays in pixels
     pixel_rays: int = 0             # rays of the pointed pixel that are drawn
@@ -87,19 +87,19 @@ def lens_section_panel(settings: Settings, state: SectionState, film_radius: flo
     imgui.set_next_item_allow_overlap()
     imgui.invisible_button("Section canvas", size, imgui.ButtonFlags_.mouse_button_left
                            | imgui.ButtonFlags_.mouse_button_middle)
-    hovered, held = imgui.is_item_hovered(), imgui.is_item_active()
-    edited = edit_by_handles(settings, shown, canvas, state.edit, hovered, held and imgui.is_mouse_down(0))
+    hovered, is_held = imgui.is_item_hovered(), imgui.is_item_active()
+    edited = edit_by_handles(settings, shown, canvas, state.edit, hovered, is_held and imgui.is_mouse_down(0))
     canvas = _looked_around(canvas, state)
 
     # The handles, over the canvas; then the drawing, which shows their effect in the next frame
     changed, stop_lit, film_lit = edited, False, False
     if stop_handle is not None:
-        for name, at in (("Stop edge", stop_handle), ("Stop edge, lower", ImVec2(
+        for name, point in (("Stop edge", stop_handle), ("Stop edge, lower", ImVec2(
                 stop_handle.x, 2.0 * canvas.at(0.0, 0.0).y - stop_handle.y))):
             half = 7.0 * theme.scale()
-            imgui.set_cursor_screen_pos(ImVec2(at.x - half, at.y - half))
+            imgui.set_cursor_screen_pos(ImVec2(point.x - half, point.y - half))
             imgui.invisible_button(name, ImVec2(2.0 * half, 2.0 * half))
-            changed = _dragged_stop(changed, shown, canvas, 1.0 if at is stop_handle else -1.0, state)
+            changed = _dragged_stop(changed, shown, canvas, 1.0 if point is stop_handle else -1.0, state)
             stop_lit = stop_lit or imgui.is_item_hovered() or imgui.is_item_active()
     if film_handle is not None:
         pad = 3.0 * theme.scale()
@@ -161,8 +161,8 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
     if links.ray is not None and shown.lens is not None and not shown.ideal:
         draw_ray(draw, in_section(settings, raster, links.ray, shown.above), links.ray.surface >= 0, canvas)
     if fan is not None:
-        at = canvas.at(shown.film_z, fan.height)
-        draw.add_circle_filled(at, 3.0 * theme.scale(), theme.packed(theme.colours().strong))
+        draw.add_circle_filled(canvas.at(shown.film_z, fan.height), 3.0 * theme.scale(),
+                               theme.packed(theme.colours().strong))
     elif film_radius is not None and shown.lens is not None and not shown.ideal:
         bounds = _region_bounds(shown.lens, shown.film_z - shown.rear_z, film_radius)
         if bounds is not None:
@@ -177,10 +177,10 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
     if shown.unmarked:
         extent, pad = imgui.calc_text_size(shown.unmarked), theme.em(0.4)
         above = extent.y + 2.0 * pad if extent.x + theme.em(9.0) > canvas.width else 0.0       # of the scale bar
-        at = ImVec2(canvas.x + 2.0 * pad, canvas.y + canvas.height - extent.y - pad - above)
-        draw.add_rect_filled(ImVec2(at.x - pad, at.y), ImVec2(at.x + extent.x + pad, at.y + extent.y),
+        corner = ImVec2(canvas.x + 2.0 * pad, canvas.y + canvas.height - extent.y - pad - above)
+        draw.add_rect_filled(ImVec2(corner.x - pad, corner.y), ImVec2(corner.x + extent.x + pad, corner.y + extent.y),
                              theme.packed(theme.colours().well, 0.8), 2.0 * theme.scale())
-        draw.add_text(at, theme.packed(theme.colours().dim), shown.unmarked)
+        draw.add_text(corner, theme.packed(theme.colours().dim), shown.unmarked)
     drawing.draw_scale_bar(draw, shown, canvas, signs)
     if shown.reason:
         has_view = has_two_sections(settings, shown.lens) or state.edit.active
@@ -211,10 +211,10 @@ def _reason(draw: imgui.ImDrawList, corner: ImVec2, size: ImVec2, text: str) -> 
     """The reason why there is nothing to draw, or why it differs from the settings."""
     wrap, pad = max(size.x - theme.em(1.5), 1.0), theme.em(0.3)
     extent = imgui.calc_text_size(text, False, wrap)
-    at = ImVec2(corner.x + 0.5 * (size.x - extent.x), corner.y + 0.5 * (size.y - extent.y))
-    draw.add_rect_filled(ImVec2(at.x - pad, at.y), ImVec2(at.x + extent.x + pad, at.y + extent.y),
+    origin = ImVec2(corner.x + 0.5 * (size.x - extent.x), corner.y + 0.5 * (size.y - extent.y))
+    draw.add_rect_filled(ImVec2(origin.x - pad, origin.y), ImVec2(origin.x + extent.x + pad, origin.y + extent.y),
                          theme.packed(theme.colours().well, 0.8), 2.0 * theme.scale())
-    draw.add_text(imgui.get_font(), imgui.get_font_size(), at, theme.packed(theme.colours().dim), text, wrap)
+    draw.add_text(imgui.get_font(), imgui.get_font_size(), origin, theme.packed(theme.colours().dim), text, wrap)
 
 
 def _canvas(settings: Settings, shown: Sketch, ghost: Ghost | None, corner: ImVec2, size: ImVec2,
@@ -268,11 +268,11 @@ def _handles(shown: Sketch, canvas: Canvas) -> tuple[ImVec2 | None, tuple[ImVec2
 def _pull(value: float, along: float, scale: float, state: SectionState) -> float:
     """The dragged value (mm) after the mouse has moved to `along` on an axis (pixels); scale: pixels per mm."""
     if imgui.is_item_activated():
-        state.held, state.mouse = value, along
+        state.dragged, state.mouse = value, along
     step = (along - state.mouse) / scale * (FINE if imgui.get_io().key_shift else 1.0)
-    state.held += step
+    state.dragged += step
     state.mouse = along
-    return state.held
+    return state.dragged
 
 
 def _dragged_stop(settings: Settings, shown: Sketch, canvas: Canvas, side: float, state: SectionState) -> Settings:
@@ -329,13 +329,13 @@ def _explain(shown: Sketch, canvas: Canvas, lit: tuple[int, ...], state: Section
     mouse, pixel = imgui.get_mouse_pos(), theme.scale()
     z, y = canvas.view.to_lens(canvas.corner, mouse)
     for mark in shown.marks:
-        at = canvas.at(mark.z, 0.0)
-        if abs(at.x - mouse.x) < 4.0 * pixel and abs(at.y - mouse.y) < 7.0 * pixel:
+        point = canvas.at(mark.z, 0.0)
+        if abs(point.x - mouse.x) < 4.0 * pixel and abs(point.y - mouse.y) < 7.0 * pixel:
             _tooltip(f"{mark.sign}  {mark.meaning}", f"z = {fixed(mark.z, 2)} mm from the first vertex")
             return
-    found = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, state.blocked_rays)
-    if found is not None:
-        fan, i = found
+    nearest = marks.nearest_ray(shown, canvas, mouse, 4.0 * pixel, state.blocked_rays)
+    if nearest is not None:
+        fan, i = nearest
         ray = fan.rays[i]
         name = fan.name[0].upper() + fan.name[1:]
         if ray.kind == "dead":
@@ -373,7 +373,7 @@ def _surface_words(shown: Sketch, index: int) -> tuple[str, str]:
 def _region_bounds(lens: lb.Lens, film_distance: float, film_radius: float) -> tuple[float, float] | None:
     """Lowest and highest y (mm) of the exit-pupil region of a film point; None for a dark point."""
     try:
-        seen = region(lens, film_distance, film_radius)
+        pupil = region(lens, film_distance, film_radius)
     except lb.LensError:
         return None
-    return (seen.box[1], seen.box[3]) if seen.area > 0.0 else None
+    return (pupil.box[1], pupil.box[3]) if pupil.area > 0.0 else None

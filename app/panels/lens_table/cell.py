@@ -1,21 +1,160 @@
-"""One cell with a number: a drag scrubs it (Shift: finer), a click or Enter types, Ctrl with an arrow key steps.
+"""State of the surface table between frames, the way of every edit into the settings, and one cell with a number.
 
-The cell is one imgui item named "surface quantity"; arrow keys move from cell to cell.
+A drag scrubs a cell (Shift: finer), a click or Enter types, Ctrl with an arrow key steps. The cell is one imgui item
+named "surface quantity"; arrow keys move from cell to cell.
 """
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import partial
 
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.drawing import theme
-from lensbench.app.panels.lens_table.state import Cell, Entry, LensTableState, Scrub
 from lensbench.app.session import lens_cells
+from lensbench.app.session.edited_lens import edited, with_document
+from lensbench.app.session.notices import Request
 from lensbench.app.settings.settings import Settings
+from lensbench.app.workers.study_workers import ImprovementWorker
 from lensbench.core.optics.prescription import value_of
 from lensbench.lenses.editing.cells import with_value
-from lensbench.lenses.editing.document import EditError, LensDocument
+from lensbench.lenses.editing.document import EditError, LensDocument, Places
 from lensbench.lenses.editing.elements import with_pose
+
+Shown = tuple[str, str]         # the setting of the lens, and its edits
+Cell = tuple[int, str]          # surface, and quantity or "glass", "comment", "asphere", "pose"
+
+
+@dataclass
+class Entry:
+    """The text that a user types into a cell."""
+
+    cell: Cell
+    text: str
+    fresh: bool = True
+    error: str = ""
+
+
+@dataclass
+class Scrub:
+    """A press on a cell: the value at its start, the pixels dragged since, and the last x of the mouse."""
+
+    cell: Cell
+    value: float
+    mouse: float
+    pixels: float = 0.0
+    dragged: bool = False
+
+
+@dataclass
+class Attachment:
+    """What the dialog of another lens shows: its search, the name of the lens, the side "front" or "behind"."""
+
+    search: str = ""
+    lens: str = ""
+    side: str = "front"
+    is_reversed: bool = False
+
+
+@dataclass
+class LensTableState:
+    """State of the panel of one window.
+
+    requests: of the window. said: sentences for the user about the latest edits. parted: whether the change of this
+    frame begins a step of undo of its own. ghost: whether the original lens lies under the section.
+    """
+
+    requests: set[Request] = field(default_factory=set)
+    first: int = 0                      # selected surfaces, first and last
+    last: int = 0
+    entry: Entry | None = None
+    scrub: Scrub | None = None
+    glass_of: int = -1                  # surface whose glass is chosen
+    body: tuple[int, int] | None = None # surfaces that a number of the place moves as one; None: not chosen
+    search: str = ""
+    maker: str = ""
+    pasting: str | None = None          # the text of the paste dialog
+    attaching: Attachment | None = None         # the dialog of another lens
+    problem: str = ""                   # why the latest edit was refused
+    shown: Shown = ("", "")             # as drawn last
+    moves: dict[tuple[Shown, Shown], Places] = field(default_factory=dict)      # by edits, and by their undo
+    said: list[str] = field(default_factory=list)
+    parted: bool = False
+    ghost: bool = False
+    number: float = 0.0                 # typed in a menu
+    worker: ImprovementWorker = field(default_factory=ImprovementWorker)
+    ticked: set[Cell] = field(default_factory=set)          # numbers that an improvement may change
+    hold_back_focus: bool = False
+    try_glasses: bool = False
+    aim: str = "spot"                       # of an improvement, one of AIMS
+    begun: bool = False                 # an improvement begins: its steps are one undo
+    stepped: bool = False               # the lens of this frame is a step of an improvement
+    expected: str = ""                  # the edited lens of the settings while an improvement runs
+    focused: Cell | None = None         # the cell that has the keyboard
+    keyed: bool = False                 # the table has the keyboard in this frame
+    tabbed: int = 0                     # cells to the right, to which Tab goes from the text that it has ended
+
+    def selected(self, surface: int) -> bool:
+        """Whether a row is selected."""
+        return self.first <= surface <= self.last
+
+    def select(self, surface: int, extend: bool = False) -> None:
+        """Select a row, or the rows up to it."""
+        if extend:
+            self.first, self.last = min(self.first, surface), max(self.last, surface)
+        else:
+            self.first = self.last = surface
+
+    def follow(self, settings: Settings) -> None:
+        """Before the panels of each frame: after an edit, an undo or a redo, ticks go with their surfaces and gaps."""
+        shown = settings.lens, settings.edited
+        if shown == self.shown:
+            return
+        places = self.moves.get((self.shown, shown))
+        if places is not None:
+            self.ticked = {(row, name) for i, name in self.ticked if (row := places.of(i, name)) is not None}
+        self.problem, self.shown = "", shown            # why an edit of another lens was refused
+
+    def improved(self, settings: Settings) -> Settings:
+        """The settings with the newest step of an improvement; an edit by hand meanwhile ends the improvement."""
+        self.stepped = False
+        if self.worker.running and settings.edited != self.expected:
+            self.worker.stop()
+            self.worker.take()
+            return settings
+        step = self.worker.take()
+        if step is None or settings.edited != self.expected:
+            return settings
+        changed = with_document(settings, step)
+        self.expected, self.stepped = changed.edited, True
+        return changed
+
+    def apply(self, settings: Settings, edit: Callable[[LensDocument], LensDocument], step: bool = True) -> Settings:
+        """The settings after an edit; the same ones, and a reason in `problem`, where it is refused.
+
+        step: it is a step of undo of its own.
+        """
+        places: Places | None = None
+
+        def followed(document: LensDocument) -> LensDocument:
+            nonlocal places
+            made = edit(document)
+            places = made.places
+            return made
+
+        try:
+            changed, findings = edited(settings, followed)
+        except EditError as error:
+            self.problem = str(error)
+            return settings
+        self.problem = ""
+        if places is not None:
+            before, after = (settings.lens, settings.edited), (changed.lens, changed.edited)
+            self.moves |= {(before, after): places, (after, before): places.undone()}
+        self.said += [str(finding) for finding in findings]
+        self.parted = self.parted or step and changed is not settings
+        return changed
+
 
 DRAG_THRESHOLD = 3.0            # pixels at a scale of 1
 FINE = 0.1                      # of the mouse's movement, with Shift
@@ -64,11 +203,11 @@ def cell_item(name: str, text: str, state: LensTableState, cell: Cell, right: bo
     corner = imgui.get_cursor_screen_pos()
     pressed = imgui.invisible_button(name, size)
     hovered = state.entry is None and imgui.is_item_hovered()      # no tooltip over the text that is typed
-    has_keys = state.keyed and state.at == cell
+    has_keys = state.keyed and state.focused == cell
     if has_keys and imgui.is_key_pressed(imgui.Key.enter, False):
         pressed = True
     if imgui.is_item_activated() or imgui.is_item_clicked(imgui.MouseButton_.right):
-        state.at = cell
+        state.focused = cell
         state.select(cell[0], imgui.get_io().key_shift and imgui.is_mouse_down(imgui.MouseButton_.left)
                      and cell[1] == "row")
     draw, end = imgui.get_window_draw_list(), ImVec2(corner.x + size.x, corner.y + size.y)
@@ -110,17 +249,17 @@ def _scrubbing(settings: Settings, document: LensDocument, cell: Cell, state: Le
         return settings
     if scrub.dragged and mouse == scrub.mouse:
         return settings
-    part = not scrub.dragged
+    is_first = not scrub.dragged
     scrub.pixels += (mouse - scrub.mouse) / theme.scale() * (FINE if imgui.get_io().key_shift else 1.0)
     scrub.mouse, scrub.dragged = mouse, True
     value = lens_cells.scrubbed(document.surfaces[surface], quantity, scrub.value, scrub.pixels)
-    return state.apply(settings, _change(cell, body, value), part)
+    return state.apply(settings, _change(cell, body, value), is_first)
 
 
 def _keys(settings: Settings, document: LensDocument, cell: Cell, state: LensTableState,
           body: tuple[int, int] | None) -> Settings:
     """The settings after Ctrl with an arrow key, while the cell has the keyboard (with Shift: finer)."""
-    if not (state.keyed and state.at == cell and imgui.get_io().key_ctrl):
+    if not (state.keyed and state.focused == cell and imgui.get_io().key_ctrl):
         return settings
     surface, quantity = cell
     for key, sign in ((imgui.Key.up_arrow, 1.0), (imgui.Key.down_arrow, -1.0), (imgui.Key.right_arrow, 1.0),
@@ -156,7 +295,7 @@ def text_entry(state: LensTableState) -> str | None:
         if imgui.begin_tooltip():
             imgui.text_colored(imgui.ImVec4(*theme.colours().warning), entry.error)
             imgui.end_tooltip()
-    in_popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)         # of coefficients, beside the table
+    in_popup = imgui.is_popup_open("", imgui.PopupFlags_.any_popup)         # of coefficients, outside the table
     state.tabbed = 0 if entry.fresh or in_popup else tab_step()
     if entered or state.tabbed:
         return entry.text
@@ -180,5 +319,5 @@ def _typing(settings: Settings, state: LensTableState, cell: Cell, body: tuple[i
     if state.problem:
         state.entry, state.tabbed = Entry(cell, text, True, state.problem), 0
     else:
-        state.entry, state.at = None, cell
+        state.entry, state.focused = None, cell
     return changed

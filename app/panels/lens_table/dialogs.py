@@ -1,22 +1,19 @@
-"""The cell of a surface's place: decentre, tilt and roll of the surface, of its element, or of the selected group.
+"""Popups and dialogs of the surface table: improvement, another lens attached, a pasted table, tilt and decentre."""
 
-The dialog that attaches a lens of the library in front of, or behind, the edited one.
-
-The dialog of a pasted table: the text, what is recognised in it, and where it goes.
-"""
-
+import math
 from dataclasses import replace
 from functools import cache, lru_cache, partial
 
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import ImVec2, icons_fontawesome_6 as fa, imgui
 
 from lensbench import lenses
+from lensbench.app.bench.lens_choice import image_circle
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import begin_fitted_dialog, check_box, radio, toggles
-from lensbench.app.panels.lens_table.cell import cell_item, number_cell
-from lensbench.app.panels.lens_table.state import LensTableState
-from lensbench.app.session import lens_cells
+from lensbench.app.drawing.controls import begin_fitted_dialog, check_box, radio, toggles, warning
+from lensbench.app.panels.lens_table.cell import LensTableState, cell_item, number_cell
+from lensbench.app.session import edited_lens, lens_cells
 from lensbench.app.settings.settings import Settings
+from lensbench.core.optics.glass import D_LINE
 from lensbench.core.optics.prescription import POSE
 from lensbench.core.text import significant, true_minus
 from lensbench.lenses.editing import attachments
@@ -27,6 +24,89 @@ from lensbench.lenses.editing.structure import inserted
 from lensbench.lenses.file_error import LensFileError
 from lensbench.lenses.library.search import searched
 from lensbench.lenses.tables.paraxial import focal_length
+
+IMPROVE_TITLE = "Improve the lens"
+
+
+def improve_button(settings: Settings, document: LensDocument, state: LensTableState) -> None:
+    """The button, which stops an improvement that is under way; and its popup."""
+    if state.worker.running:
+        if imgui.button(f"{fa.ICON_FA_STOP}###Improve"):
+            state.worker.stop()
+        imgui.set_item_tooltip("Stop; the lens stays as it is now")
+    else:
+        if imgui.button(f"{fa.ICON_FA_WAND_MAGIC_SPARKLES}###Improve"):
+            imgui.open_popup(IMPROVE_TITLE)
+        imgui.set_item_tooltip("Improve: smaller spots over the field by least squares")
+    imgui.same_line(0.0, theme.em(0.13))
+    if not imgui.begin_popup(IMPROVE_TITLE):
+        return
+    cells = free_cells(document, state)
+    what = f"{len(cells)} ticked numbers" if state.ticked else f"all {len(cells)} radii (right click ticks others)"
+    imgui.text_unformatted(f"May change: {what}")
+    state.aim = toggles("Aim", {"spot": "Spots", "wavefront": "Wavefront"}, state.aim, {
+        "spot": "The rms radius of the spots: for contrast at coarse detail and lenses that are far from perfect",
+        "wavefront": "The rms wave error: for lenses whose sharpness diffraction limits"})
+    height = _image_height(settings, document)
+    for remark in _remarks(document, height):
+        imgui.text_disabled(remark)
+    state.hold_back_focus = check_box("Hold the back focus", state.hold_back_focus)
+    state.try_glasses = check_box("Try other glasses", state.try_glasses)
+    imgui.set_item_tooltip("Then also puts glasses of the catalogues instead of those of the lens, one after the\n"
+                           "other, and keeps those that make the spots smaller. The stop button ends it")
+    if imgui.button("Improve###Start improving"):
+        state.worker.start(document, cells, height, state.hold_back_focus, state.try_glasses, state.aim)
+        state.expected, state.begun = settings.edited, True
+        imgui.close_current_popup()
+    if state.ticked:
+        imgui.same_line()
+        if imgui.button("Untick all"):
+            state.ticked.clear()
+    imgui.end_popup()
+
+
+def _image_height(settings: Settings, document: LensDocument) -> float | None:
+    """Largest image height (mm) that is judged; None where the lens states its fields."""
+    if document.lens.system.fields:
+        return None
+    circle = image_circle(settings.lens, document.lens) or math.inf
+    return 0.5 * min(circle, settings.film.diagonal / settings.crop)
+
+
+@lru_cache(maxsize=4)
+def _remarks(document: LensDocument, image_height: float | None) -> tuple[str, ...]:
+    """What an improvement judges, holds and leaves out; nothing where it cannot begin at all."""
+    from lensbench.core.design.standard_goal import goal_of
+
+    try:
+        goal = goal_of(document.lens, image_height)
+    except ValueError:                      # the start says why
+        return ()
+    return (*(f"Judged: {quantity}" for quantity in goal.judged), *goal.left_out,
+            "Focal length, f-number, solves and thinnest edges are held.")
+
+
+def free_cells(document: LensDocument, state: LensTableState) -> tuple[tuple[int, str], ...]:
+    """The numbers that may change: those that are ticked, or all radii."""
+    count = len(document.surfaces)
+    ticked = tuple(sorted(cell for cell in state.ticked if cell[0] < count and document.rule(*cell) is None))
+    return ticked or edited_lens.free_cells(document, "radii")
+
+
+def progress(settings: Settings, state: LensTableState) -> str:
+    """The spots of an improvement in a few words; "" before the first, and where the settings are no longer its own."""
+    worker = state.worker
+    if not worker.running and settings.edited != state.expected:
+        return ""
+    if worker.message:
+        return worker.message
+    if worker.first is None or worker.last is None:
+        return ""
+    name, unit, words = ("Wave error", D_LINE, "waves") if worker.aim == "wavefront" else ("Spot", 1.0, "µm")
+    first, last = (significant(1000.0 * value / unit, 3) for value in (worker.first, worker.last))
+    end = " …" if worker.running else f": {worker.ended}" if worker.ended else ""
+    return f"{name} {first} → {last} {words} rms, step {worker.number}{end}"
+
 
 ATTACH_TITLE = "Attach a lens"
 WIDTH, HEIGHT = 24.0, 14.0      # em, of the list
@@ -46,14 +126,14 @@ def attach_dialog(settings: Settings, state: LensTableState) -> Settings:
         imgui.set_keyboard_focus_here()
     imgui.set_next_item_width(theme.em(WIDTH))
     _, choice.search = imgui.input_text_with_hint("##Search lens", "Name, maker, kind or year", choice.search)
-    found = searched(_cards(), choice.search)
+    cards = searched(_cards(), choice.search)
     if imgui.begin_child("Lenses", ImVec2(theme.em(WIDTH), theme.em(HEIGHT))):
-        if not found:
+        if not cards:
             imgui.text_disabled("No lens matches")
         clipper = imgui.ListClipper()
-        clipper.begin(len(found))
+        clipper.begin(len(cards))
         while clipper.step():
-            for card in found[clipper.display_start:clipper.display_end]:
+            for card in cards[clipper.display_start:clipper.display_end]:
                 if imgui.selectable(f"{card.title}###{card.name}", card.name == choice.lens,
                                     imgui.SelectableFlags_.no_auto_close_popups)[0]:
                     choice.lens = card.name
@@ -63,10 +143,8 @@ def attach_dialog(settings: Settings, state: LensTableState) -> Settings:
     choice.is_reversed = check_box("Reversed", choice.is_reversed)
     imgui.set_item_tooltip("Reversed, as with a reversing ring")
     if state.problem:
-        imgui.push_text_wrap_pos(theme.em(WIDTH))
-        imgui.text_colored(imgui.ImVec4(*theme.colours().warning), state.problem)
-        imgui.pop_text_wrap_pos()
-    imgui.begin_disabled(all(card.name != choice.lens for card in found))       # else it would attach one out of sight
+        warning(state.problem, WIDTH)
+    imgui.begin_disabled(all(card.name != choice.lens for card in cards))       # else it would attach one out of sight
     if imgui.button("Attach###Attach lens"):
         settings = state.apply(settings, partial(with_lens, name=choice.lens, side=choice.side,
                                                  is_reversed=choice.is_reversed))
@@ -120,27 +198,27 @@ def paste_dialog(settings: Settings, state: LensTableState) -> Settings:
     imgui.text_disabled("One surface a line: radius, thickness, n_d and V_d or glass, diameter. Headings help.")
     width = min(theme.em(SIZE[0]), 0.9 * imgui.get_main_viewport().work_size.x)
     _, state.pasting = imgui.input_text_multiline("##Table", state.pasting, ImVec2(width, theme.em(SIZE[1])))
-    found = read(state.pasting)
+    pasted = read(state.pasting)
     colour = theme.colours()
     imgui.push_text_wrap_pos(width)
-    if isinstance(found, str):
-        imgui.text_colored(imgui.ImVec4(*colour.warning), found)
+    if isinstance(pasted, str):
+        imgui.text_colored(imgui.ImVec4(*colour.warning), pasted)
     else:
-        length = true_minus(significant(focal_length(found.surfaces), 4))
-        imgui.text_unformatted(f"{len(found.surfaces)} surfaces, focal length {length} mm, "
-                               f"stop at surface {found.lens.stop_index}")
-        for finding in found.findings:
+        length = true_minus(significant(focal_length(pasted.surfaces), 4))
+        imgui.text_unformatted(f"{len(pasted.surfaces)} surfaces, focal length {length} mm, "
+                               f"stop at surface {pasted.lens.stop_index}")
+        for finding in pasted.findings:
             imgui.text_disabled(str(finding))
     imgui.pop_text_wrap_pos()
-    imgui.begin_disabled(isinstance(found, str))
-    if imgui.button("Replace the lens") and isinstance(found, LensDocument):
-        table = found
+    imgui.begin_disabled(isinstance(pasted, str))
+    if imgui.button("Replace the lens") and isinstance(pasted, LensDocument):
+        table = pasted
         settings = state.apply(settings, lambda d: replace(table, lens=replace(
             table.lens, name=table.lens.name or "Pasted table", film_size=d.lens.film_size)))
         state.pasting = None
     imgui.same_line()
-    if imgui.button(f"Insert before surface {state.first}###Insert table") and isinstance(found, LensDocument):
-        rows, comments = found.surfaces, found.comments
+    if imgui.button(f"Insert before surface {state.first}###Insert table") and isinstance(pasted, LensDocument):
+        rows, comments = pasted.surfaces, pasted.comments
         settings = state.apply(settings, lambda d: inserted(d, min(state.first, len(d.surfaces)), rows, comments))
         state.pasting = None
     imgui.end_disabled()

@@ -9,8 +9,9 @@ import numpy as np
 from imgui_bundle import ImVec2, imgui, implot
 
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.plot_axes import AXIS_FLAGS, PLOT_FLAGS
-from lensbench.app.panels.lens_table.state import LensTableState
+from lensbench.app.drawing.controls import warning
+from lensbench.app.panels.lens_card import begin_glass_map, end_glass_map, nearest_glasses
+from lensbench.app.panels.lens_table.cell import LensTableState
 from lensbench.app.session.lens_cells import glass_text
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.glass import Glass
@@ -22,16 +23,15 @@ from lensbench.lenses.glass.catalogue import Entry
 
 POPUP = "Glass"
 WIDTH, HEIGHT = 30.0, 23.0      # em
-NEAR = 9.0                      # pixels from the mouse to a point of the map
 MOST = 300                      # rows of the list
 OFFERED = 12                    # rows for a text that names no glass
 
 
 @lru_cache(maxsize=64)
-def found(text: str, maker: str, known: tuple[Entry, ...], current: Glass) -> tuple[Entry, ...]:
+def matches(text: str, maker: str, known: tuple[Entry, ...], current: Glass) -> tuple[Entry, ...]:
     """Glasses whose name or maker holds every word, by `_place` and the current ones first.
 
-    Without a word the nearest to the present glass come first.
+    Without a word the nearest to the current glass come first.
     """
     words = [catalogue.key(word) for word in text.split()]
     shown = [entry for entry in known if (not maker or entry.maker == maker)
@@ -48,12 +48,12 @@ def _place(name: str, word: str) -> int:
 
     Then names that end with the word, and those that hold it elsewhere: LASF9 for SF.
     """
-    whole, parts = catalogue.key(name), [catalogue.key(part) for part in name.split("-")]
+    whole, parts = catalogue.key(name), [catalogue.key(piece) for piece in name.split("-")]
     if whole == word:
         return 0
     if word in parts:
         return 1
-    if any(part.startswith(word) for part in (whole, *parts)):
+    if any(piece.startswith(word) for piece in (whole, *parts)):
         return 2
     return 3 if whole.endswith(word) else 4
 
@@ -74,8 +74,8 @@ def nearest(text: str, maker: str, known: tuple[Entry, ...]) -> tuple[Entry, ...
     names: dict[str, Entry] = {}
     for entry in sorted(known, key=lambda e: e.rank):
         names.setdefault(catalogue.key(entry.name), entry)
-    wanted = catalogue.key(text)[:60]
-    return tuple(names[name] for name in get_close_matches(wanted, names, n=OFFERED, cutoff=0.5)) if wanted else ()
+    name_key = catalogue.key(text)[:60]
+    return tuple(names[name] for name in get_close_matches(name_key, names, n=OFFERED, cutoff=0.5)) if name_key else ()
 
 
 def glass_popup(settings: Settings, document: LensDocument, state: LensTableState) -> Settings:
@@ -108,10 +108,8 @@ def glass_popup(settings: Settings, document: LensDocument, state: LensTableStat
         imgui.end_combo()
     # Above the list: the popup has its place, and may end at the window's edge
     for problem in filter(None, (state.problem, catalogue.unread_text())):
-        imgui.push_text_wrap_pos(0.0)
-        imgui.text_colored(imgui.ImVec4(*theme.colours().warning), problem)
-        imgui.pop_text_wrap_pos()
-    shown = found(state.search, state.maker, known, current)
+        warning(problem)
+    shown = matches(state.search, state.maker, known, current)
     near = nearest(state.search, state.maker, known) if state.search.strip() and not shown else ()
     chosen: Glass | str | None = None
     if entered:
@@ -152,44 +150,35 @@ def _line(entry: Entry, current: Glass, chosen: Glass | str | None) -> Glass | s
         imgui.pop_style_color()
     imgui.set_item_tooltip(f"{entry}{', no longer made' if entry.obsolete else ''}")
     if entry.n_d and entry.v_d:
-        figures = f"{fixed(entry.n_d, 3)}  {fixed(entry.v_d, 1)}"
+        numbers = f"{fixed(entry.n_d, 3)}  {fixed(entry.v_d, 1)}"
         box = imgui.get_item_rect_max()
         imgui.get_window_draw_list().add_text(
-            ImVec2(box.x - imgui.calc_text_size(figures).x - theme.em(0.6), imgui.get_item_rect_min().y + 1.0),
-            theme.packed(theme.colours().dim), figures)
+            ImVec2(box.x - imgui.calc_text_size(numbers).x - theme.em(0.6), imgui.get_item_rect_min().y + 1.0),
+            theme.packed(theme.colours().dim), numbers)
     return entry.make() if clicked else chosen
 
 
 def _map(shown: tuple[Entry, ...], current: Glass) -> Entry | None:
     """The map; the glass that is clicked."""
     known = [entry for entry in shown if entry.n_d and entry.v_d]
-    if not implot.begin_plot("##Glass map", ImVec2(-1.0, theme.em(HEIGHT - 6.0)), PLOT_FLAGS):
+    v, n = np.array([entry.v_d for entry in known], float), np.array([entry.n_d for entry in known], float)
+    points = begin_glass_map("##Glass map", HEIGHT - 6.0, (18.0, 97.0, 1.42, 2.06), v, n, once=True)
+    if points is None:
         return None
-    implot.setup_axes("V_d", "n_d", AXIS_FLAGS | implot.AxisFlags_.invert, AXIS_FLAGS)
-    implot.setup_axes_limits(18.0, 97.0, 1.42, 2.06, implot.Cond_.once)
-    v = np.array([entry.v_d or 0.0 for entry in known])
-    n = np.array([entry.n_d or 0.0 for entry in known])
     colour, pixel, draw = theme.colours(), theme.scale(), implot.get_plot_draw_list()
-    near: tuple[float, Entry] | None = None
-    mouse, hovered = imgui.get_mouse_pos(), implot.is_plot_hovered()
-    implot.push_plot_clip_rect()
-    for entry, abbe, index in zip(known, v.tolist(), n.tolist(), strict=True):
-        at = implot.plot_to_pixels(abbe, index)
-        fill = colour.glass(index, abbe)
-        draw.add_circle_filled(at, 2.6 * pixel, theme.packed((*fill[:3], 0.35 if entry.obsolete else 0.9)))
-        away = abs(at.x - mouse.x) + abs(at.y - mouse.y)
-        if hovered and away < NEAR * pixel and (near is None or (away, entry.rank) < (near[0], near[1].rank)):
-            near = away, entry
+    for entry, point, abbe, index in zip(known, points, v.tolist(), n.tolist(), strict=True):
+        opacity = 0.35 if entry.obsolete else 0.9
+        draw.add_circle_filled(point, 2.6 * pixel, theme.packed((*colour.glass(index, abbe)[:3], opacity)))
     if current.v_d:
-        at = implot.plot_to_pixels(current.v_d, current.n_d)
-        draw.add_circle(at, 5.5 * pixel, theme.packed(colour.strong), 0, 2.0 * pixel)
-    if near is not None:
-        at = implot.plot_to_pixels(near[1].v_d or 0.0, near[1].n_d or 0.0)
-        draw.add_circle(at, 4.5 * pixel, theme.packed(colour.text), 0, 1.5 * pixel)
-    implot.pop_plot_clip_rect()
-    implot.end_plot()
-    if near is None:
+        draw.add_circle(implot.plot_to_pixels(current.v_d, current.n_d), 5.5 * pixel, theme.packed(colour.strong), 0,
+                        2.0 * pixel)
+    near = nearest_glasses(points) if implot.is_plot_hovered() else []
+    nearest = min(near, key=lambda i: known[i].rank, default=None)
+    if nearest is not None:
+        draw.add_circle(points[nearest], 4.5 * pixel, theme.packed(colour.text), 0, 1.5 * pixel)
+    end_glass_map()
+    if nearest is None:
         return None
-    imgui.set_tooltip(str(near[1]))
+    imgui.set_tooltip(str(known[nearest]))
     released = imgui.is_mouse_released(imgui.MouseButton_.left)
-    return near[1] if released and not imgui.is_mouse_drag_past_threshold(imgui.MouseButton_.left) else None
+    return known[nearest] if released and not imgui.is_mouse_drag_past_threshold(imgui.MouseButton_.left) else None

@@ -9,8 +9,8 @@ from imgui_bundle import icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import chord
-from lensbench.app.panels.lens_table.improvement import improve_button
-from lensbench.app.panels.lens_table.state import Attachment, LensTableState
+from lensbench.app.panels.lens_table.cell import Attachment, LensTableState
+from lensbench.app.panels.lens_table.dialogs import improve_button
 from lensbench.app.session.edited_lens import can_save_in_place, reverted
 from lensbench.app.session.notices import Request
 from lensbench.app.settings.settings import Settings
@@ -47,9 +47,10 @@ def row_edits(document: LensDocument, first: int, last: int) -> list[tuple[str, 
         (fa.ICON_FA_RIGHT_LEFT, "Flip", "Ctrl+F", "Reverse the selected surfaces, or the element, in place",
          (lambda d: elements.flipped(d, *group)) if group[0] < group[1] else None),
         (fa.ICON_FA_ARROW_UP, "Move up", "Alt+Up", "The element, or the selected surfaces, towards the scene",
-         (lambda d: structure.moved(d, *group, _before(lens, group[0]))) if group[0] > 0 else None),
+         (lambda d: structure.moved(d, *group, elements.element_at(lens, group[0] - 1)[0])) if group[0] > 0 else None),
         (fa.ICON_FA_ARROW_DOWN, "Move down", "Alt+Down", "The element, or the selected surfaces, towards the film",
-         (lambda d: structure.moved(d, *group, _behind(lens, group[1]))) if group[1] + 1 < count else None),
+         (lambda d: structure.moved(d, *group, elements.element_at(lens, group[1] + 1)[1] + 1))
+         if group[1] + 1 < count else None),
         (fa.ICON_FA_LINK, "Cement", "", "Close the air gap behind the surface",
          (lambda d: elements.cemented(d, first)) if gap else None),
         (fa.ICON_FA_LINK_SLASH, "Separate", "", "Divide a cemented surface by a thin gap of air",
@@ -61,16 +62,6 @@ def row_edits(document: LensDocument, first: int, last: int) -> list[tuple[str, 
          (lambda d: structure.with_stop_in_gap(d, first, 0.5 * d.surfaces[first].thickness))
          if one and first + 1 < count and lens.surfaces[first].thickness > 0.0 else None),
     ]
-
-
-def _before(lens, first: int) -> int:
-    """Where the element before a group begins."""
-    return elements.element_at(lens, first - 1)[0]
-
-
-def _behind(lens, last: int) -> int:
-    """The place behind the element that follows a group."""
-    return elements.element_at(lens, last + 1)[1] + 1
 
 
 def moved_selection(title: str, document: LensDocument, after: LensDocument, state: LensTableState) -> None:
@@ -125,7 +116,7 @@ def toolbar(settings: Settings, document: LensDocument, state: LensTableState) -
 
 
 def _button(icon: str, title: str, about: str, enabled: bool = True, on: bool = False) -> bool:
-    """A small button of the toolbar, with the next item beside it."""
+    """A small button of the toolbar, with the next item in its row."""
     if on:
         imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(*theme.colours().frame_active))
     imgui.begin_disabled(not enabled)
@@ -180,14 +171,14 @@ def row_menu(settings: Settings, document: LensDocument, state: LensTableState) 
 def attachment_edits(document: LensDocument) -> list[tuple[str, Edit]]:
     """What can be screwed onto the lens, with its title."""
     width = attachments.front_width(document)
-    found: list[tuple[str, Edit]] = [("Filter in front", lambda d: attachments.attached_in_front(
+    edits: list[tuple[str, Edit]] = [("Filter in front", lambda d: attachments.attached_in_front(
         d, attachments.plate(attachments.FILTER, width), "filter"))]
     for power in CLOSE_UP:
-        found.append((f"Close-up lens +{significant(power)} in front", partial(_closer, power=power, width=width)))
+        edits.append((f"Close-up lens +{significant(power)} in front", partial(_closer, power=power, width=width)))
     rear = document.surfaces[-1].semi_diameter
-    found.append(("Plate behind", lambda d: attachments.attached_behind(
+    edits.append(("Plate behind", lambda d: attachments.attached_behind(
         d, attachments.plate(attachments.FILTER, 1.2 * rear), "plate")))
-    return found
+    return edits
 
 
 def _closer(document: LensDocument, power: float, width: float) -> LensDocument:
@@ -229,8 +220,7 @@ def cell_menu(settings: Settings, document: LensDocument, quantity: str, state: 
                 continue
             for sign, mark in ((1.0, ""), (-1.0, "−"))[:1 if quantity != "curvature" else 2]:
                 if imgui.menu_item(f"{mark}surface {other}", "", False)[0]:
-                    settings = state.apply(settings, partial(
-                        _picked, rule=Pickup(surface, quantity, other, sign)))
+                    settings = state.apply(settings, partial(with_rule, rule=Pickup(surface, quantity, other, sign)))
         imgui.end_menu()
     return settings
 
@@ -239,17 +229,13 @@ def _ruled(document: LensDocument, surface: int, kind: str, target: float) -> Le
     return with_rule(document, Solve(surface, kind, target))
 
 
-def _picked(document: LensDocument, rule: Pickup) -> LensDocument:
-    return with_rule(document, rule)
-
-
 def _rounded(value: float, digits: int) -> float:
     """A value with so many significant digits, as a person would type it."""
     return float(np.format_float_positional(value, digits, fractional=False)) if math.isfinite(value) else 0.0
 
 
 def _present(document: LensDocument, surface: int, kind: str) -> float:
-    """The present value of what a solve keeps: its first proposal."""
+    """The current value of what a solve keeps: its first proposal."""
     from lensbench.lenses.tables.paraxial import f_number, focal_length
 
     lens = document.lens.at(zoom=0.0, close=0.0)

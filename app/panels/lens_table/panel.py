@@ -9,13 +9,11 @@ from functools import partial
 from imgui_bundle import icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import paragraph
-from lensbench.app.panels.lens_table.cell import cell_item, number_cell, tab_step, text_entry
-from lensbench.app.panels.lens_table.dialogs import attach_dialog, paste_dialog, pose_cell
+from lensbench.app.drawing.controls import paragraph, wrapped_tooltip
+from lensbench.app.panels.lens_table.cell import Entry, LensTableState, cell_item, number_cell, tab_step, text_entry
+from lensbench.app.panels.lens_table.dialogs import attach_dialog, paste_dialog, pose_cell, progress
 from lensbench.app.panels.lens_table.glass import POPUP, glass_popup
-from lensbench.app.panels.lens_table.improvement import progress
 from lensbench.app.panels.lens_table.menu import cell_menu, has_keyboard, keys, row_menu, toolbar
-from lensbench.app.panels.lens_table.state import Entry, LensTableState
 from lensbench.app.plots.pixel_rays import Pointed
 from lensbench.app.session import lens_cells
 from lensbench.app.session.edited_lens import document_of, faults_of
@@ -51,11 +49,11 @@ def lens_table_panel(settings: Settings, state: LensTableState, links: Pointed |
         return settings
     last = len(document.surfaces) - 1
     state.first, state.last = min(state.first, last), min(state.last, last)
-    found = faults_of(document) if settings.edited else ()
+    findings = faults_of(document) if settings.edited else ()
     settings = toolbar(settings, document, state)
-    _fault_line(settings, found, state)
+    _fault_line(settings, findings, state)
     state.keyed = has_keyboard(state)
-    settings = _table(settings, document, found, state, links)
+    settings = _table(settings, document, findings, state, links)
     settings = keys(settings, document, state)
     settings = attach_dialog(settings, state)
     return paste_dialog(settings, state)
@@ -64,37 +62,30 @@ def lens_table_panel(settings: Settings, state: LensTableState, links: Pointed |
 def move_cell(state: LensTableState, rows: int) -> bool:
     """Move the keyboard's cell by an arrow key or Tab; whether it moved."""
     io, key = imgui.get_io(), imgui.Key
-    if not state.keyed or state.at is None or io.key_ctrl or io.key_alt:
+    if not state.keyed or state.focused is None or io.key_ctrl or io.key_alt:
         return False
     names = [name for name, _, _ in COLUMNS]
-    row, column = state.at[0], names.index(state.at[1]) if state.at[1] in names else 1
+    row, column = state.focused[0], names.index(state.focused[1]) if state.focused[1] in names else 1
     for pressed, down, right in ((key.up_arrow, -1, 0), (key.down_arrow, 1, 0), (key.left_arrow, 0, -1),
                                  (key.right_arrow, 0, 1)):
         if imgui.is_key_pressed(pressed):
             row, column = row + down, column + right
     column, state.tabbed = column + (state.tabbed or tab_step()), 0
     row, column = min(max(row, 0), rows - 1), min(max(column, 0), len(names) - 1)
-    if (row, names[column]) == state.at:
+    if (row, names[column]) == state.focused:
         return False
-    state.at = row, names[column]
+    state.focused = row, names[column]
     state.select(row)
     return True
 
 
-def _fault_line(settings: Settings, found: tuple[Finding, ...], state: LensTableState) -> None:
+def _fault_line(settings: Settings, findings: tuple[Finding, ...], state: LensTableState) -> None:
     """Why the latest edit was refused, or the first fault of the lens, in one line; all of them in its tooltip."""
-    lines = [state.problem] if state.problem else [str(finding) for finding in found]
+    lines = [state.problem] if state.problem else [str(finding) for finding in findings]
     said = progress(settings, state)
-    if said and not state.problem and (state.worker.running or not lines):
-        imgui.same_line(0.0, theme.em(0.8))
-        room = imgui.get_content_region_avail().x
-        if room < theme.em(8.0):
-            imgui.new_line()
-            room = imgui.get_content_region_avail().x
-        imgui.align_text_to_frame_padding()
-        imgui.text_unformatted(theme.shortened(said, room))
-        return
-    if not lines:
+    if state.problem or not state.worker.running and lines:
+        said = ""
+    if not said and not lines:
         imgui.new_line()
         return
     imgui.same_line(0.0, theme.em(0.8))
@@ -102,19 +93,18 @@ def _fault_line(settings: Settings, found: tuple[Finding, ...], state: LensTable
     if room < theme.em(8.0):
         imgui.new_line()
         room = imgui.get_content_region_avail().x
+    imgui.align_text_to_frame_padding()
+    if said:
+        imgui.text_unformatted(theme.shortened(said, room))
+        return
     more = f" (+{len(lines) - 1})" if len(lines) > 1 else ""
     text = theme.shortened(f"{fa.ICON_FA_TRIANGLE_EXCLAMATION}  {lines[0]}", room - imgui.calc_text_size(more).x)
-    imgui.align_text_to_frame_padding()
     imgui.text_colored(imgui.ImVec4(*theme.colours().warning), text + more)
-    if imgui.is_item_hovered() and imgui.begin_tooltip():
-        imgui.push_text_wrap_pos(theme.em(30.0))
-        for line in lines:
-            imgui.text_unformatted(line)
-        imgui.pop_text_wrap_pos()
-        imgui.end_tooltip()
+    if imgui.is_item_hovered():
+        wrapped_tooltip(lines)
 
 
-def _table(settings: Settings, document: LensDocument, found: tuple[Finding, ...], state: LensTableState,
+def _table(settings: Settings, document: LensDocument, findings: tuple[Finding, ...], state: LensTableState,
            links: Pointed | None) -> Settings:
     flags = (imgui.TableFlags_.scroll_x | imgui.TableFlags_.scroll_y | imgui.TableFlags_.borders_inner_h
              | imgui.TableFlags_.resizable | imgui.TableFlags_.no_saved_settings)
@@ -125,8 +115,8 @@ def _table(settings: Settings, document: LensDocument, found: tuple[Finding, ...
         kind = imgui.TableColumnFlags_.width_fixed
         imgui.table_setup_column(title, kind, theme.em(width))
     imgui.table_headers_row()
-    faulty = {(f.surface, MARKED[f.kind]): f for f in found if f.surface is not None and f.kind in MARKED}
-    wrong = {f.surface for f in found if f.surface is not None}
+    faulty = {(f.surface, MARKED[f.kind]): f for f in findings if f.surface is not None and f.kind in MARKED}
+    wrong = {f.surface for f in findings if f.surface is not None}
     moved = move_cell(state, len(document.surfaces))
     opened = False
     pointed: int | None = None
@@ -142,7 +132,7 @@ def _table(settings: Settings, document: LensDocument, found: tuple[Finding, ...
             opened = opened or opens
             if imgui.is_item_hovered():
                 pointed = i
-            if moved and state.at == (i, quantity):
+            if moved and state.focused == (i, quantity):
                 imgui.set_scroll_here_y()
     imgui.end_table()
     if links is not None and pointed is not None:

@@ -42,23 +42,23 @@ class Form:
     open: bool = False                                  # the form is shown although a recording exists
     requests: set[Request] = field(default_factory=set) # to the window
 
-    def settings(self, present: Settings) -> Settings:
-        """The present settings with the form's pixels and samples."""
+    def settings(self, current: Settings) -> Settings:
+        """The current settings with the form's pixels and samples."""
         longer = self.microlenses if self.kind == "microlenses" else self.longer
-        return replace(with_longer_side(present, longer), samples=self.samples, view="picture")
+        return replace(with_longer_side(current, longer), samples=self.samples, view="picture")
 
-    def bytes(self, present: Settings) -> int:
+    def bytes(self, current: Settings) -> int:
         """Memory (bytes) that the recording will take."""
-        film, square = self.settings(present).film, (self.views, self.views)
+        film, square = self.settings(current).film, (self.views, self.views)
         if self.kind == "lens":
             with suppress(ValueError, OSError):         # which recording reports
-                return _recorded(self.settings(present).picture, square, self.moments)
+                return _recorded(self.settings(current).picture, square, self.moments)
         size = lb.light_field_bytes(film, square)
         return size if self.kind != "microlenses" else size + lb.light_field_bytes(film, square, np.float32)
 
-    def plenoptic(self, present: Settings) -> lb.PlenopticCamera:
+    def plenoptic(self, current: Settings) -> lb.PlenopticCamera:
         """The plenoptic camera; raises as `lb.PlenopticCamera` for impossible entries."""
-        return _plenoptic(self.settings(present).picture, self.views, self.f_number)
+        return _plenoptic(self.settings(current).picture, self.views, self.f_number)
 
 
 @lru_cache(maxsize=4)

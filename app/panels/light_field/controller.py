@@ -43,7 +43,7 @@ class LightFieldController:
         """Whether the render has to leave the processor to the light field."""
         return self.look.show != "camera" or self.worker.task is not None
 
-    def begin(self, present: Settings) -> bool:
+    def begin(self, current: Settings) -> bool:
         """At the beginning of a frame: take the worker's results. True: the difference from A is to be shown."""
         view, worker = self._view, self.worker
         worker.collect()
@@ -51,8 +51,8 @@ class LightFieldController:
             view.say(*worker.messages.pop(0))
 
         # A changed camera is shown, a new recording too
-        if present.picture != self._settings:
-            self._settings, self.look = present.picture, replace(self.look, show="camera")
+        if current.picture != self._settings:
+            self._settings, self.look = current.picture, replace(self.look, show="camera")
         if worker.recording is not self._recording:
             self._recording = worker.recording
             if self._recording is not None:
@@ -79,27 +79,27 @@ class LightFieldController:
         return True
 
     def ask(self) -> None:
-        """Have the present look rendered, from now on."""
+        """Have the current look rendered, from now on."""
         if self.look.show != "camera":
             self.worker.want(self.look)
 
     def await_field_picture(self) -> None:
-        """Hold the frame for the picture of the present look, if it is about to come."""
+        """Hold the frame for the picture of the current look, if it is about to come."""
         if self.look.show != "camera":
             self.worker.await_field_picture()
             self._show()
 
-    def answer(self, requests: set[Request], present: Settings) -> None:
+    def answer(self, requests: set[Request], current: Settings) -> None:
         """Carry out the panel's requests."""
         if Request.RECORD in requests:
-            self._record(present)
+            self._record(current)
         if Request.FIND_DEPTH in requests:
             self.worker.find_depth()
         if Request.COMPARE in requests and self.field_picture is not None:
             self.worker.compare(self.field_picture)
 
-    def picture(self, present: Settings, path: Path | None = None) -> tuple[NDArray[np.float32], Settings] | None:
-        """The linear picture (h, w, 3) of the light field, and its settings, exposed as the present ones; None yet.
+    def picture(self, current: Settings, path: Path | None = None) -> tuple[NDArray[np.float32], Settings] | None:
+        """The linear picture (h, w, 3) of the light field, and its settings, exposed as the current ones; None yet.
 
         path: of a file that it is for, some of which hold depths themselves.
         """
@@ -111,22 +111,22 @@ class LightFieldController:
             image = shown.image
             if shown.coarse and isinstance(shown.recording, Recording):
                 image = light_field_picture(shown.recording, shown.look, None)
-            return image, replace(settings, exposure=present.exposure, tone=present.tone)
-        found = self.worker.known_depth
-        if shown.look.deep == "depth" and path is not None and found is not None:
-            return depth_picture(found, path), with_codes(settings)
+            return image, replace(settings, exposure=current.exposure, tone=current.tone)
+        depth = self.worker.known_depth
+        if shown.look.deep == "depth" and path is not None and depth is not None:
+            return depth_picture(depth, path), with_codes(settings)
         return light_of(shown.image), with_codes(settings)
 
-    def save_picture(self, path: Path, present: Settings, bits: int = 8) -> None:
-        """Save the picture of the light field, with the exposure and the tone curve of the present settings."""
+    def save_picture(self, path: Path, current: Settings, bits: int = 8) -> None:
+        """Save the picture of the light field, with the exposure and the tone curve of the current settings."""
         from lensbench.app.session.export import save_picture
 
-        found = self.picture(present, path)
-        if found is None:
+        picture = self.picture(current, path)
+        if picture is None:
             self._view.say("There is no picture of a light field yet")
             return
         try:
-            save_picture(path, *found, bits)
+            save_picture(path, *picture, bits)
         except (ValueError, OSError) as error:
             self._view.say(str(error))
         else:
@@ -135,8 +135,8 @@ class LightFieldController:
     def _show(self) -> None:
         self._presenter.field_picture = self.field_picture
 
-    def _record(self, present: Settings) -> None:
-        form, settings = self.form, self.form.settings(present)
+    def _record(self, current: Settings) -> None:
+        form, settings = self.form, self.form.settings(current)
         square = form.views, form.views
         if form.kind == "lens":
             self.worker.record(settings, square, form.moments)
@@ -155,9 +155,9 @@ class LightFieldController:
 
     def _pick(self, pixel: tuple[int, int]) -> None:
         """A click on a pixel of the light field's picture focuses there, or says how its depth becomes known."""
-        found, self.look = self.worker.known_depth, replace(self.look, pixel=pixel)
-        if found is None and self.look.show == "focus" and isinstance(self._recording, Recording):
+        depth, self.look = self.worker.known_depth, replace(self.look, pixel=pixel)
+        if depth is None and self.look.show == "focus" and isinstance(self._recording, Recording):
             self._view.say("A click focuses once the depth is known: “Find the depth” on the tab Depth", note=True)
-        if found is not None and self.look.show == "focus" and isinstance(self._recording, Recording):
-            distance = float(found.distance[pixel[1], pixel[0]])
+        if depth is not None and self.look.show == "focus" and isinstance(self._recording, Recording):
+            distance = float(depth.distance[pixel[1], pixel[0]])
             self.look = replace(self.look, distance=max(distance, self._recording.nearest * MARGIN))

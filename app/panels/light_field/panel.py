@@ -11,7 +11,7 @@ from lensbench.app.bench.light_field_query import (
 )
 from lensbench.app.bench.tone import develop
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import paragraph, toggles
+from lensbench.app.drawing.controls import paragraph, small_note, toggles
 from lensbench.app.drawing.dial import dial
 from lensbench.app.panels.light_field.capture_form import Form, recording_form
 from lensbench.app.panels.light_field.pupil_pad import (
@@ -130,15 +130,11 @@ def _figures(look: Look, recording: Recording, worker: LightFieldWorker) -> None
          "To compute the picture")))
     unknown = 0.0 if field_picture is None or field_picture.look != look.asked else 1.0 - field_picture.covered
     if unknown > 0.0:
-        theme.small()
-        paragraph(f"{significant(100.0 * unknown, 2)} % of the picture lies beyond what all views recorded; black: no "
-                  "view saw it", True)
-        imgui.pop_font()
+        small_note(f"{significant(100.0 * unknown, 2)} % of the picture lies beyond what all views recorded; black: no "
+                   "view saw it", True)
     if not near <= look.distance <= far:
-        theme.small()
-        paragraph(f"Outside {text_values.format_distance(near)} to {text_values.format_distance(far)}, neighbouring "
-                  "views lie more than a pixel apart, and blur breaks into dots: record more views", True)
-        imgui.pop_font()
+        small_note(f"Outside {text_values.format_distance(near)} to {text_values.format_distance(far)}, neighbouring "
+                   "views lie more than a pixel apart, and blur breaks into dots: record more views", True)
 
 
 def _comparison(look: Look, worker: LightFieldWorker, form: Form) -> None:

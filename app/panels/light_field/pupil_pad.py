@@ -2,7 +2,7 @@
 
 Seen as the camera looks: u runs to the right and v up, in radii of the paraxial exit pupil.
 
-The light field of an array of pinholes in the panel *Light field*: a viewpoint to drag beside and before it.
+The light field of an array of pinholes in the panel *Light field*: a viewpoint to drag sideways and forwards.
 """
 
 import math
@@ -55,8 +55,8 @@ def pupil_pad(look: Look, recording: Recording) -> Look:
         look = replace(look, view=(0.0, 0.0))
     elif imgui.is_item_active() and imgui.is_mouse_down(imgui.MouseButton_.left):
         u, v = pad.under(imgui.get_mouse_pos())
-        held = imgui.get_mouse_drag_delta(imgui.MouseButton_.left, 0.0)
-        if abs(held.x) + abs(held.y) > 0.0:
+        drag = imgui.get_mouse_drag_delta(imgui.MouseButton_.left, 0.0)
+        if abs(drag.x) + abs(drag.y) > 0.0:
             look = with_view(look, (0.0, 0.0) if u * u + v * v < REST * REST else (u, v), field)
     elif imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip(tip)
@@ -106,9 +106,9 @@ def coverage_greys(recording: Recording, pixel: tuple[int, int]) -> NDArray[np.f
     """(down, across, 3) greys: how much light each cell passes to a pixel of the views."""
     x, y = pixel
     shares = recording.field.coverage[:, :, y, x].astype(np.float64)
-    part = 0.06 + 0.34 * shares[..., None] / max(float(shares.max()), 1e-9)
+    strength = 0.06 + 0.34 * shares[..., None] / max(float(shares.max()), 1e-9)
     colour = theme.colours()
-    return np.array(colour.panel[:3]) * (1.0 - part) + np.array(colour.text[:3]) * part
+    return np.array(colour.panel[:3]) * (1.0 - strength) + np.array(colour.text[:3]) * strength
 
 
 def figures(rows: tuple[tuple[str, str, str], ...]) -> None:
@@ -125,9 +125,9 @@ def figures(rows: tuple[tuple[str, str, str], ...]) -> None:
     imgui.pop_font()
 
 
-def millimetres(place: tuple[float, float]) -> str:
+def millimetres(point: tuple[float, float]) -> str:
     """A point of a plane as text: +4.10, −0.52 mm."""
-    return true_minus(f"{fixed(place[0], 2, signed=True)}, {fixed(place[1], 2, signed=True)} mm")
+    return true_minus(f"{fixed(point[0], 2, signed=True)}, {fixed(point[1], 2, signed=True)} mm")
 
 
 def _pad(label: str, field: lb.LightField) -> Pad:
@@ -158,7 +158,7 @@ SHOWN_TIPS = {"camera": "The picture is the camera's",
               "novel": "The picture is that of a pinhole at the place below, computed from the array"}
 SURFACE_TIPS = {"recorded": "Objects are at their recorded distances",
                 "plane": "All objects are assumed to lie on one plane: those on it are sharp, others appear double"}
-ROOM = 1.5                      # of the array's half side: the range of the viewpoint beside its middle
+ROOM = 1.5                      # of the array's half side: the range of the viewpoint from its middle
 AHEAD = 500.0                   # mm, forwards and back
 
 
@@ -224,9 +224,9 @@ def _camera_array_pad(look: Look, recording: ArrayRecording) -> Look:
     if imgui.is_item_hovered() and imgui.is_mouse_double_clicked(imgui.MouseButton_.left):
         x, y = 0.0, 0.0
     elif imgui.is_item_active() and imgui.is_mouse_down(imgui.MouseButton_.left):
-        mouse, held = imgui.get_mouse_pos(), imgui.get_mouse_drag_delta(imgui.MouseButton_.left, 0.0)
-        if abs(held.x) + abs(held.y) > 0.0:
-            x, y = ((min(max(at / unit, -reach), reach)) for at in (mouse.x - middle.x, middle.y - mouse.y))
+        mouse, drag = imgui.get_mouse_pos(), imgui.get_mouse_drag_delta(imgui.MouseButton_.left, 0.0)
+        if abs(drag.x) + abs(drag.y) > 0.0:
+            x, y = ((min(max(offset / unit, -reach), reach)) for offset in (mouse.x - middle.x, middle.y - mouse.y))
     elif imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Drag: the viewpoint among the pinholes. Double click: back to the middle")
     colour = theme.colours()

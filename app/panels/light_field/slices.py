@@ -44,8 +44,8 @@ STEPS = 64                      # of the colours of the scale
 
 def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form: Form) -> Look:
     """Draw the button that starts the search, or the depth found; returns the look after the user's changes."""
-    found = worker.known_depth
-    if found is None:
+    depth = worker.known_depth
+    if depth is None:
         paragraph("Nearer objects shift more between the views. From this parallax the depth follows.")
         imgui.begin_disabled(worker.task is not None)
         if imgui.button(fa.ICON_FA_MAGNIFYING_GLASS + "  Find the depth###Find the depth"):
@@ -53,13 +53,13 @@ def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form:
         imgui.end_disabled()
         return look
     look = replace(look, deep=toggles("Depth picture", DEEP, look.deep, DEEP_TIPS, 0.0))
-    _scale(found)
+    _scale(depth)
     x, y = look.pixel
-    distance, sure = float(found.distance[y, x]), float(found.confidence[y, x])
+    distance, sure = float(depth.distance[y, x]), float(depth.confidence[y, x])
     figures((
         ("Pixel", f"{x}, {y}", "Click in the picture to choose another, across and down"),
         ("Depth", format_distance(distance), "Distance of the object in this pixel, measured as the focus distance is"),
-        ("Error", f"± {format_distance(float(found.error[y, x]))}",
+        ("Error", f"± {format_distance(float(depth.error[y, x]))}",
          "Of this depth, for most sure pixels: 0.3 of a pixel of the outermost views"),
         ("Sure", f"{fixed(100.0 * sure, 0)} %", "0 %: the views agree at any distance; 100 %: only at this one")))
     if imgui.button("Focus there"):
@@ -68,9 +68,9 @@ def depth_body(look: Look, recording: Recording, worker: LightFieldWorker, form:
     return look
 
 
-def _scale(found: lb.Depth) -> None:
+def _scale(depth: lb.Depth) -> None:
     """The scale of the colours, linear in the reciprocal distance, which is the parallax."""
-    far, near = ends(found)
+    far, near = ends(depth)
     corner, pixel = imgui.get_cursor_screen_pos(), theme.scale()
     width, bar = imgui.get_content_region_avail().x, round(theme.em(0.7))
     draw = imgui.get_window_draw_list()
@@ -80,11 +80,11 @@ def _scale(found: lb.Depth) -> None:
                              theme.packed((*code, 1.0)))
     theme.small()
     line = imgui.get_text_line_height()
-    for part in (0.0, 0.25, 0.5, 0.75, 1.0):
-        reciprocal = (1.0 - part) / near + part / far
+    for fraction in (0.0, 0.25, 0.5, 0.75, 1.0):
+        reciprocal = (1.0 - fraction) / near + fraction / far
         text = format_distance(1.0 / reciprocal if reciprocal > 0.0 else math.inf)
         extent = imgui.calc_text_size(text).x
-        x = min(max(corner.x + part * width - 0.5 * extent, corner.x), corner.x + width - extent)
+        x = min(max(corner.x + fraction * width - 0.5 * extent, corner.x), corner.x + width - extent)
         draw.add_text(ImVec2(round(x), corner.y + bar + 2.0 * pixel), theme.packed(theme.colours().dim), text)
     imgui.dummy(ImVec2(width, bar + line + 4.0 * pixel))
     imgui.pop_font()
@@ -114,13 +114,13 @@ def rays_body(look: Look, recording: Recording, settings: Settings, strip: Strip
     over_time = radiance_over_time(recording, look.pixel)
     look = replace(look, band=toggles("Band", BANDS, look.band, BAND_TIPS, 4.0))
     look = moment_chooser(look, recording)
-    seen = radiance(recording, look.pixel) if recording.of_moment(look)[1] == 1 else over_time[look.moment]
-    shown = seen if look.band < 0 else np.repeat(seen[..., look.band:look.band + 1], 3, -1)
+    light = radiance(recording, look.pixel) if recording.of_moment(look)[1] == 1 else over_time[look.moment]
+    shown = light if look.band < 0 else np.repeat(light[..., look.band:look.band + 1], 3, -1)
     look = pupil_grid(look, recording, develop(shown, settings.exposure, settings.tone))
     i, j = look.cell
     on_film, in_pupil = ray(recording, look.pixel, look.cell)
     x, y = look.pixel
-    red, green, blue = seen[j, i].tolist()
+    red, green, blue = light[j, i].tolist()
     covered = float(recording.field.coverage[j, i, y, x])
     u, v = recording.field.places[j, i].tolist()
     figures((
@@ -137,27 +137,27 @@ def rays_body(look: Look, recording: Recording, settings: Settings, strip: Strip
     return _epipolar(look, recording, settings, strip)
 
 
-def _over_time(seen: NDArray[np.float32], moment: int) -> None:
+def _over_time(light: NDArray[np.float32], moment: int) -> None:
     """The radiance of the chosen ray in three bands (n, 3) over the moments; the chosen moment is strong."""
     theme.small()
-    imgui.text_disabled(f"Radiance of the ray over the exposure, 0 to {significant(seen.max(), 3)}")
+    imgui.text_disabled(f"Radiance of the ray over the exposure, 0 to {significant(light.max(), 3)}")
     imgui.pop_font()
     corner, height = imgui.get_cursor_screen_pos(), round(theme.em(2.6))
     size = ImVec2(imgui.get_content_region_avail().x, height)
     imgui.invisible_button("Over time", size)
     rows = [f"{k + 1}: {significant(red, 3)} {significant(green, 3)} "
-            f"{significant(blue, 3)}" for k, (red, green, blue) in enumerate(seen.tolist())]
+            f"{significant(blue, 3)}" for k, (red, green, blue) in enumerate(light.tolist())]
     imgui.set_item_tooltip("From the opening of the shutter at the left to its end: red, green and blue\n"
                            + "\n".join(rows))
     colour, draw, pixel = theme.colours(), imgui.get_window_draw_list(), theme.scale()
     draw.add_rect_filled(corner, ImVec2(corner.x + size.x, corner.y + height), theme.packed(colour.well), 2.0 * pixel)
-    each, unit = size.x / len(seen), (height - 2.0 * pixel) / max(float(seen.max()), 1e-9)
-    for k, bands in enumerate(seen.tolist()):
+    pitch, unit = size.x / len(light), (height - 2.0 * pixel) / max(float(light.max()), 1e-9)
+    for k, bands in enumerate(light.tolist()):
         alpha = 1.0 if moment in (-1, k) else 0.4
         for band, value in enumerate(bands):
-            left = corner.x + (k + 0.15 + 0.7 * band / 3.0) * each
+            left = corner.x + (k + 0.15 + 0.7 * band / 3.0) * pitch
             draw.add_rect_filled(ImVec2(left, corner.y + height - max(unit * value, pixel)),
-                                 ImVec2(left + 0.7 * each / 3.0 - pixel, corner.y + height),
+                                 ImVec2(left + 0.7 * pitch / 3.0 - pixel, corner.y + height),
                                  theme.packed((*PRIMARIES[band], 1.0), alpha))
 
 
@@ -177,8 +177,8 @@ def _epipolar(look: Look, recording: Recording, settings: Settings, strip: Strip
     draw, pixel = imgui.get_window_draw_list(), theme.scale()
     draw.add_image(imgui.ImTextureRef(texture), corner, end)
     if imgui.is_item_active():
-        at = int((imgui.get_mouse_pos().x - corner.x) / size.x * w)
-        look = replace(look, pixel=(min(max(at, 0), w - 1), y))
+        column = int((imgui.get_mouse_pos().x - corner.x) / size.x * w)
+        look = replace(look, pixel=(min(max(column, 0), w - 1), y))
     elif imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         imgui.set_tooltip("Epipolar image: the line as each view of a row of the pupil sees it, the leftmost below.\n"
                           "Lines parallel to the amber line are in focus. Click: another pixel of the line")

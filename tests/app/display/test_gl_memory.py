@@ -45,7 +45,7 @@ def part(triangles: int = 1) -> Part:
 
 def solid_drawing(*parts: Part) -> Drawing:
     lines = (Line(Strokes("edge", np.zeros((2, 2, 3))), (1.0, 1.0, 1.0, 1.0), 1.0),)
-    return Drawing(Eye(), STILL, tuple(Solid(each, (0.9, 0.9, 0.9, 1.0)) for each in parts), lines, (0.0,) * 4)
+    return Drawing(Eye(), STILL, tuple(Solid(shape, (0.9, 0.9, 0.9, 1.0)) for shape in parts), lines, (0.0,) * 4)
 
 
 def test_a_3d_view_of_another_size_leaves_nothing_of_the_last_one(context):
@@ -71,9 +71,9 @@ def test_pictures_of_another_size_leave_nothing_of_the_last_one(context):
     screen, other = Screen(context), Screen(context)
 
     def show(width: int, height: int) -> None:
-        for each in (screen, other):
-            each.load(np.full((height, width, 3), 0.2, np.float32))
-            each.developed(Development(blur=Blur.even(1.0, 0.0), share=0.3))
+        for drawn in (screen, other):
+            drawn.load(np.full((height, width, 3), 0.2, np.float32))
+            drawn.developed(Development(blur=Blur.even(1.0, 0.0), share=0.3))
         screen.apart(other, 0.5)
         screen.draw_at(0.5)
 
@@ -132,12 +132,12 @@ def test_a_map_that_the_last_frame_did_not_draw_leaves_no_texture(context):
 
     def frame(**drawn) -> list[int]:
         maps.begin_frame()
-        return [maps.texture(name, each) for name, each in drawn.items()]
+        return [maps.texture(name, picture) for name, picture in drawn.items()]
 
     first = frame(a=picture, b=picture)
     assert alive()["Texture"] - before == 2 and frame(a=picture, b=picture) == first
-    for each in (other, picture, other):
-        frame(a=each, b=picture)
+    for second in (other, picture, other):
+        frame(a=second, b=picture)
     assert alive()["Texture"] - before == 2
     frame(b=picture)
     frame(b=picture)

@@ -26,9 +26,9 @@ def test_the_shader_shows_the_pixels_that_the_look_points_at(layout):
     size, look = (48, 32), LookAround(2.3, 0.5, 1.9)
     panorama.picture(*screen.shown, layout, look, size)
     shown = np.frombuffer(panorama._framebuffer.read(components=3, alignment=1), np.uint8).reshape(32, 48, 3) / 255.0
-    wanted = np.array([[look.raster(((x + 0.5) / 48, (y + 0.5) / 32), size, film, layout) for x in range(48)]
-                       for y in range(32)]) / [width, height]
-    off = np.abs(shown[..., :2] - wanted).max(2)
+    expected = np.array([[look.raster(((x + 0.5) / 48, (y + 0.5) / 32), size, film, layout) for x in range(48)]
+                         for y in range(32)]) / [width, height]
+    off = np.abs(shown[..., :2] - expected).max(2)
     # but for pixels beside a seam of the layout, where two ends of the picture meet
     assert np.quantile(off, 0.97) <= 1.5 / 255.0
     assert np.ptp(shown[..., 0]) > 0.2

@@ -37,9 +37,9 @@ class Screen:
 
 @pytest.fixture
 def presenter():
-    found = Presenter(SimpleNamespace(waiting=0.0, paused=False))
-    found._screen, found._pinned_screen = Screen(), Screen()
-    return found
+    made = Presenter(SimpleNamespace(waiting=0.0, paused=False))
+    made._screen, made._pinned_screen = Screen(), Screen()
+    return made
 
 
 def assert_shows(presenter, image):
@@ -73,7 +73,7 @@ def test_another_picture_a_at_the_address_of_an_old_one_is_compared_with_anew(pr
 
 def test_pictures_of_a_light_field_are_told_apart_by_their_number(presenter, monkeypatch):
     monkeypatch.setattr("lensbench.app.display.presenter.picture_settings", lambda recording, look, *_: SETTINGS)
-    monkeypatch.setattr("lensbench.app.display.presenter.note", lambda recording, look, found: "")
+    monkeypatch.setattr("lensbench.app.display.presenter.note", lambda recording, look, depth: "")
     presenter._keep(RenderUpdate(1, np.zeros((4, 6, 3), np.float32), 1, 0.0, SETTINGS, 0.0))
     image = np.empty((4, 6, 3), np.float32)
     recording, look = SimpleNamespace(settings=SETTINGS), SimpleNamespace(coded=False)

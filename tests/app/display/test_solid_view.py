@@ -63,8 +63,8 @@ def test_the_upper_row_is_above_and_things_of_the_world_stand_where_the_camera_s
     pose = np.eye(4)
     pose[:3, 3] = 1000.0, 0.0, 0.0                                  # the camera stands 1 m to the right
     moved = shot(view, [Solid(square(0.0, x=1000.0), RED, of_world=True)], pose=tuple(pose.ravel().tolist()))
-    here = shot(view, [Solid(square(0.0), RED)])
-    np.testing.assert_array_equal(moved, here)
+    still = shot(view, [Solid(square(0.0), RED)])
+    np.testing.assert_array_equal(moved, still)
 
 
 def test_a_view_is_drawn_again_only_on_a_change_and_takes_another_size(view):

@@ -82,9 +82,9 @@ def test_a_map_of_equal_units_is_drawn_without_distortion(tmp_path):
 def test_words_of_every_sheet_lie_within_it_and_beside_the_legend(lens):
     """Long conditions were cut off at the right, and the title ran into the legend."""
     asked = query(replace(Settings(), lens=lens, f_number=4.0, blades=7))
-    for name, each in ANALYSES.items():
+    for name, about in ANALYSES.items():
         try:
-            figure = each.figure(asked, 16)
+            figure = about.figure(asked, 16)
         except lb.LensError:
             continue
         with look():

@@ -37,7 +37,7 @@ def at(ctx, ref: str, scale, value: float) -> ImVec2:
 
 def test_a_ring_answers_drag_click_wheel_keys_and_double_click():
     dials = Dials()
-    seen = {}
+    values = {}
 
     def test(ctx):
         # A drag from the index line follows the mouse, without a jump at its start
@@ -46,53 +46,53 @@ def test_a_ring_answers_drag_click_wheel_keys_and_double_click():
         ctx.mouse_move_to_pos(start)
         ctx.mouse_down(0)
         ctx.yield_(2)
-        seen["pressed"] = dials.focus
+        values["pressed"] = dials.focus
         ctx.mouse_move_to_pos(end)
         ctx.mouse_up(0)
         ctx.yield_(2)
-        seen["dragged"] = dials.focus
+        values["dragged"] = dials.focus
         # Beyond the right end it is infinity
         ctx.mouse_down(0)
         ctx.mouse_move_to_pos(ImVec2(end.x + 500.0, end.y))
         ctx.mouse_up(0)
         ctx.yield_(2)
-        seen["beyond"] = dials.focus
+        values["beyond"] = dials.focus
 
         # A click goes to the nearest third stop, a drag to anything
-        place = at(ctx, "**/Aperture", APERTURE, 7.9)
-        ctx.mouse_move_to_pos(place)
+        point = at(ctx, "**/Aperture", APERTURE, 7.9)
+        ctx.mouse_move_to_pos(point)
         ctx.mouse_click(0)
         ctx.yield_(2)
-        seen["clicked"] = dials.aperture
+        values["clicked"] = dials.aperture
         ctx.mouse_move_to_pos(at(ctx, "**/Aperture", APERTURE, 8.0))
         ctx.mouse_wheel(ImVec2(0.0, 1.0))
         ctx.yield_(2)
-        seen["wheel"] = dials.aperture
+        values["wheel"] = dials.aperture
         ctx.yield_(40)                                  # so that the next click makes no double click
         ctx.mouse_move_to_pos(at(ctx, "**/Aperture", APERTURE, 9.0))
         ctx.mouse_down(0)
         ctx.mouse_move_to_pos(at(ctx, "**/Aperture", APERTURE, 13.5))
         ctx.mouse_up(0)
         ctx.yield_(2)
-        seen["between"] = dials.aperture
+        values["between"] = dials.aperture
         ctx.mouse_double_click(0)
         ctx.yield_(2)
-        seen["reset"] = dials.aperture
+        values["reset"] = dials.aperture
 
     drive(dials.show, test, (270, 230))
-    assert seen["pressed"] == 1200.0
+    assert values["pressed"] == 1200.0
     # The mouse stands on whole pixels: one of 228 is .0044 of the dial
-    assert FOCUS.to_unit(seen["dragged"]) == pytest.approx(FOCUS.to_unit(3000.0), abs=0.009)
-    assert seen["beyond"] == math.inf
-    assert seen["clicked"] == 8.0 and seen["wheel"] == 9.0
-    assert seen["between"] not in APERTURE.snaps
-    assert APERTURE.to_unit(seen["between"]) == pytest.approx(APERTURE.to_unit(13.5), abs=0.009)
-    assert seen["reset"] == 2.8
+    assert FOCUS.to_unit(values["dragged"]) == pytest.approx(FOCUS.to_unit(3000.0), abs=0.009)
+    assert values["beyond"] == math.inf
+    assert values["clicked"] == 8.0 and values["wheel"] == 9.0
+    assert values["between"] not in APERTURE.snaps
+    assert APERTURE.to_unit(values["between"]) == pytest.approx(APERTURE.to_unit(13.5), abs=0.009)
+    assert values["reset"] == 2.8
 
 
 def test_a_ring_takes_typed_values_and_says_why_it_refuses_others():
     dials = Dials()
-    seen = {}
+    values = {}
 
     def type_into(ctx, ref: str, text: str) -> None:
         ctx.mouse_move_to_pos(centre(ctx, ref))
@@ -105,7 +105,7 @@ def test_a_ring_takes_typed_values_and_says_why_it_refuses_others():
 
     def test(ctx):
         type_into(ctx, "**/Focus distance", "250cm")
-        seen["typed"] = dials.focus
+        values["typed"] = dials.focus
         dials.focus = 1234.5678                         # shown as 1.23 m
         ctx.key_down(imgui.Key.mod_ctrl)
         ctx.mouse_click(0)
@@ -113,32 +113,32 @@ def test_a_ring_takes_typed_values_and_says_why_it_refuses_others():
         ctx.yield_(3)
         ctx.key_press(imgui.Key.enter)
         ctx.yield_(3)
-        seen["nothing typed"] = dials.focus
+        values["nothing typed"] = dials.focus
         type_into(ctx, "**/Focus distance", "inf")
-        seen["infinity"] = dials.focus
+        values["infinity"] = dials.focus
         type_into(ctx, "**/Aperture", "f/5.6")
-        seen["f-number"] = dials.aperture
+        values["f-number"] = dials.aperture
         # What cannot be is refused, the entry stays open, and Escape leaves the dial as it was
         type_into(ctx, "**/Aperture", "f/1.0")
-        seen["refused"] = dials.aperture
+        values["refused"] = dials.aperture
         ctx.key_chars_replace_enter("4")
         ctx.yield_(2)
-        seen["mended"] = dials.aperture
+        values["corrected"] = dials.aperture
         type_into(ctx, "**/Exposure", "lots")
         ctx.key_press(imgui.Key.escape)
         ctx.yield_(2)
-        seen["escaped"] = dials.exposure
+        values["escaped"] = dials.exposure
         type_into(ctx, "**/Exposure", "-1.5 EV")
-        seen["after"] = dials.exposure
+        values["after"] = dials.exposure
 
     drive(dials.show, test, (270, 230))
-    assert seen == {"typed": 2500.0, "nothing typed": 1234.5678, "infinity": math.inf, "f-number": 5.6, "refused": 5.6,
-                    "mended": 4.0, "escaped": 0.0, "after": -1.5}
+    assert values == {"typed": 2500.0, "nothing typed": 1234.5678, "infinity": math.inf, "f-number": 5.6,
+                      "refused": 5.6, "corrected": 4.0, "escaped": 0.0, "after": -1.5}
 
 
 def test_a_ring_can_be_turned_by_keys_alone():
     dials = Dials()
-    seen = {}
+    values = {}
 
     def test(ctx):
         ctx.key_press(imgui.Key.tab)
@@ -146,14 +146,14 @@ def test_a_ring_can_be_turned_by_keys_alone():
         ctx.yield_(2)
         ctx.key_press(imgui.Key.right_arrow)
         ctx.yield_(2)
-        seen["right"] = (dials.focus, dials.aperture)
+        values["right"] = (dials.focus, dials.aperture)
         ctx.key_press(imgui.Key.left_arrow)
         ctx.key_press(imgui.Key.left_arrow)
         ctx.yield_(2)
-        seen["left"] = dials.aperture
+        values["left"] = dials.aperture
 
     drive(dials.show, test, (270, 230))
-    assert seen == {"right": (1200.0, 3.2), "left": 2.5}
+    assert values == {"right": (1200.0, 3.2), "left": 2.5}
 
 
 @pytest.mark.parametrize("size", [(8, 8), (40, 30), (90, 200), (1200, 200)])

@@ -31,5 +31,5 @@ def test_the_fonts_hold_every_character_that_the_program_writes():
                     files[character].append(path)
     missing: list[str] = []
     drive(lambda: None, lambda ctx: missing.extend(
-        each for each in files if not imgui.get_font().is_glyph_in_font(ord(each))))
-    assert {each for each in missing if any(each in written(path) for path in files[each])} == set()
+        character for character in files if not imgui.get_font().is_glyph_in_font(ord(character))))
+    assert {character for character in missing if any(character in written(path) for path in files[character])} == set()

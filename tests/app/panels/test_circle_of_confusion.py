@@ -47,8 +47,8 @@ def test_thin_thick_and_real_agree_on_a_slow_lens(focus):
 
 def test_the_curve_dips_at_the_focus_and_the_real_one_keeps_its_aberrations():
     drawn = shown(START)
-    at = int(np.argmin(np.abs(drawn.distances - 1.2)))
-    assert drawn.thin[at] == pytest.approx(SMALLEST, rel=1e-6)
+    nearest = int(np.argmin(np.abs(drawn.distances - 1.2)))
+    assert drawn.thin[nearest] == pytest.approx(SMALLEST, rel=1e-6)
     assert 0.5 < drawn.real.min() < 30.0
 
 
@@ -57,8 +57,8 @@ def test_neighbouring_stops_differ_by_the_ratio_of_their_f_numbers():
     # f/2, as engraved on this lens of f/2.03, belongs to them
     assert [f_number for f_number, _ in drawn.neighbours] == [2.0, 5.6, 16.0]
     for f_number, diameters in drawn.neighbours:
-        seen = diameters > 1.0
-        assert diameters[seen] == pytest.approx(drawn.thick[seen] * 2.8 / f_number, rel=1e-9)
+        large = diameters > 1.0
+        assert diameters[large] == pytest.approx(drawn.thick[large] * 2.8 / f_number, rel=1e-9)
 
 
 def test_the_limits_lie_where_the_thin_curve_crosses_the_limit():
@@ -109,8 +109,8 @@ def test_dashes_lie_on_the_curve_and_leave_out_what_is_no_number():
 
 
 def test_ticks_thin_out_on_a_short_axis():
-    many, few = log_ticks(1.0, 1000.0, 600.0, 30.0)[0], log_ticks(1.0, 1000.0, 90.0, 30.0)[0]
-    assert {1.0, 2.0, 5.0, 10.0} <= set(many) and few == [1.0, 10.0, 100.0, 1000.0, 10000.0]
+    dense, few = log_ticks(1.0, 1000.0, 600.0, 30.0)[0], log_ticks(1.0, 1000.0, 90.0, 30.0)[0]
+    assert {1.0, 2.0, 5.0, 10.0} <= set(dense) and few == [1.0, 10.0, 100.0, 1000.0, 10000.0]
 
 
 # The panel
@@ -126,7 +126,7 @@ class Panel:
 
 def test_the_focus_line_is_dragged_to_focus():
     panel = Panel()
-    seen = {}
+    values = {}
 
     def drag_to(ctx, x: float) -> None:
         box = ctx.item_info("**/Focus line").rect_full
@@ -145,23 +145,23 @@ def test_the_focus_line_is_dragged_to_focus():
 
     def test(ctx):
         ctx.yield_(4)
-        seen["start"] = place(ctx)
-        drag_to(ctx, seen["start"] + 40.0)
-        seen["moved"], seen["focus"] = place(ctx), panel.settings.focus_distance
+        values["start"] = place(ctx)
+        drag_to(ctx, values["start"] + 40.0)
+        values["moved"], values["focus"] = place(ctx), panel.settings.focus_distance
         drag_to(ctx, 600.0)
-        seen["beyond"] = panel.settings.focus_distance
+        values["beyond"] = panel.settings.focus_distance
         drag_to(ctx, 2.0)
-        seen["before"] = panel.settings.focus_distance
+        values["before"] = panel.settings.focus_distance
         for x in range(40, 280, 30):                    # the numbers under the cursor
             ctx.mouse_move_to_pos(ImVec2(float(x), 100.0))
             ctx.yield_()
 
     drive(panel.show, test, (300, 300))
-    assert seen["moved"] == pytest.approx(seen["start"] + 40.0, abs=1.0)    # whole pixels
+    assert values["moved"] == pytest.approx(values["start"] + 40.0, abs=1.0)    # whole pixels
     # The axis is logarithmic: the drag takes the focus by as many decades as its share of the plot's
-    assert 1200.0 < seen["focus"] < 50000.0
-    assert seen["beyond"] == math.inf
-    assert seen["before"] == pytest.approx(lb.nearest_focus(bench_of(START).lens), rel=1e-9)
+    assert 1200.0 < values["focus"] < 50000.0
+    assert values["beyond"] == math.inf
+    assert values["before"] == pytest.approx(lb.nearest_focus(bench_of(START).lens), rel=1e-9)
 
 
 STATES = [START, replace(START, lens="no-such-lens"), replace(START, focus_distance=3.0),

@@ -23,11 +23,11 @@ def picture(seed, height=12, width=16):
 
 def test_rms_and_maximum_are_those_of_all_pixels_and_channels():
     a, b = picture(1), picture(2)
-    found = Difference.of(a, b)
+    difference = Difference.of(a, b)
     apart = (b.astype(float) - a).ravel()
-    assert found.rms == pytest.approx(np.sqrt(np.dot(apart, apart) / apart.size), rel=1e-6)
-    assert found.largest == pytest.approx(np.abs(apart).max(), rel=1e-6)
-    assert Difference.of(b, a) == found
+    assert difference.rms == pytest.approx(np.sqrt(np.dot(apart, apart) / apart.size), rel=1e-6)
+    assert difference.largest == pytest.approx(np.abs(apart).max(), rel=1e-6)
+    assert Difference.of(b, a) == difference
     same = Difference.of(a, a)
     assert same.rms == same.largest == 0.0 and same.scale == 1.0
 

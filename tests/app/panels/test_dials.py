@@ -16,11 +16,11 @@ from tests.app.stand import drive
 
 
 def test_all_of_the_popup_focus_is_seen_in_a_window_of_720_pixels():
-    seen = {"shown": Settings()}
+    values = {"shown": Settings()}
 
     def gui():
         if imgui.begin_child("Column", ImVec2(0.0, 450.0)):
-            seen["shown"] = controls_panel(seen["shown"], chooser)
+            values["shown"] = controls_panel(values["shown"], chooser)
         imgui.end_child()
 
     def test(ctx):
@@ -30,11 +30,11 @@ def test_all_of_the_popup_focus_is_seen_in_a_window_of_720_pixels():
             item = ctx.item_info(f"//$FOCUSED/{name}")
             assert item.rect_clipped.min.y == item.rect_full.min.y > 0.0
             assert item.rect_clipped.max.y == item.rect_full.max.y < 720.0
-        seen["top"] = ctx.window_info("//$FOCUSED").window.pos.y
+        values["top"] = ctx.window_info("//$FOCUSED").window.pos.y
 
     chooser = Chooser()
     drive(gui, test, size=(270, 720))
-    assert seen["top"] >= 0.0
+    assert values["top"] >= 0.0
 
 
 @pytest.mark.parametrize("lens", ["decentred", "lentil-schneider-anamorphic-31-2001"])
@@ -43,10 +43,10 @@ def test_the_film_behind_a_lens_without_symmetry_is_centred_again(lens):
     settings = replace(Settings(), lens="lenshh-cooke-triplet-50", f_number=None, tilt=0.09, rise=4.0)
     settings = edited(settings, lambda document: with_pose(document, 2, 3, "tilt_x", 0.05))[0] \
         if lens == "decentred" else replace(settings, lens=lens)
-    seen = {"shown": settings}
+    values = {"shown": settings}
 
     def gui():
-        seen["shown"] = controls_panel(seen["shown"], chooser)
+        values["shown"] = controls_panel(values["shown"], chooser)
 
     def test(ctx):
         ctx.item_click("**/###Focus")
@@ -56,17 +56,17 @@ def test_the_film_behind_a_lens_without_symmetry_is_centred_again(lens):
 
     chooser = Chooser()
     drive(gui, test, size=(270, 720))
-    assert not settings.film_pose.is_upright and seen["shown"] == replace(settings, tilt=0.0, rise=0.0)
+    assert not settings.film_pose.is_upright and values["shown"] == replace(settings, tilt=0.0, rise=0.0)
 
 
 def test_the_focus_dial_of_a_lens_that_focuses_on_nothing_turns():
     bent = edited(replace(Settings(), lens="sony-fe-g-20-f18", f_number=None),
                   lambda document: with_radius(document, 2, -0.5))[0]
     assert readings(bent).nearest_focus == math.inf
-    seen = {"shown": bent}
+    values = {"shown": bent}
 
     def gui():
-        seen["shown"] = controls_panel(seen["shown"], Chooser())
+        values["shown"] = controls_panel(values["shown"], Chooser())
 
     def test(ctx):
         box = ctx.item_info("**/Focus distance").rect_full
@@ -75,4 +75,4 @@ def test_the_focus_dial_of_a_lens_that_focuses_on_nothing_turns():
         ctx.yield_(2)
 
     drive(gui, test, size=(270, 440))
-    assert 4000.0 < seen["shown"].focus_distance < 8000.0          # from 1.2 m
+    assert 4000.0 < values["shown"].focus_distance < 8000.0          # from 1.2 m

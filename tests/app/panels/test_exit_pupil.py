@@ -28,31 +28,31 @@ def passes(lens: lb.Lens, film_distance: float, film_radius: float, points: np.n
 @radii
 def test_light_passes_inside_the_outline_and_not_outside(film_radius):
     stand = bench_of(START)
-    seen = region(stand.lens, stand.film_distance, film_radius)
-    middle = seen.outline.mean(axis=0)
-    assert passes(stand.lens, stand.film_distance, film_radius, middle + 0.995 * (seen.outline - middle)).all()
-    assert not passes(stand.lens, stand.film_distance, film_radius, middle + 1.005 * (seen.outline - middle)).any()
+    pupil = region(stand.lens, stand.film_distance, film_radius)
+    middle = pupil.outline.mean(axis=0)
+    assert passes(stand.lens, stand.film_distance, film_radius, middle + 0.995 * (pupil.outline - middle)).all()
+    assert not passes(stand.lens, stand.film_distance, film_radius, middle + 1.005 * (pupil.outline - middle)).any()
 
 
 @radii
 def test_the_region_stands_upright_in_its_box_and_its_area_is_that_of_its_outline(film_radius):
     stand = bench_of(START)
-    seen = region(stand.lens, stand.film_distance, film_radius)
-    x, y = seen.outline.T
-    assert seen.box == pytest.approx((x.min(), y.min(), x.max(), y.max()), abs=1e-3)
+    pupil = region(stand.lens, stand.film_distance, film_radius)
+    x, y = pupil.outline.T
+    assert pupil.box == pytest.approx((x.min(), y.min(), x.max(), y.max()), abs=1e-3)
     assert x.max() == pytest.approx(-x.min(), abs=1e-3)
     shoelace = 0.5 * abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
-    assert seen.area == pytest.approx(shoelace, rel=1e-3)            # a polygon of 512 sides
+    assert pupil.area == pytest.approx(shoelace, rel=1e-3)            # a polygon of 512 sides
 
 
 @radii
 def test_the_pass_rate_of_the_box_is_the_region_over_the_box(film_radius):
     stand = bench_of(START)
-    seen = region(stand.lens, stand.film_distance, film_radius)
+    pupil = region(stand.lens, stand.film_distance, film_radius)
     samples = box_samples(stand.lens, stand.film_distance, film_radius)
-    x0, y0, x1, y1 = seen.box
+    x0, y0, x1, y1 = pupil.box
     # 1,024 points of an even sequence: within a percent of the area's part
-    assert samples.rate == pytest.approx(seen.area / ((x1 - x0) * (y1 - y0)), abs=0.012)
+    assert samples.rate == pytest.approx(pupil.area / ((x1 - x0) * (y1 - y0)), abs=0.012)
     assert (samples.points >= [x0, y0]).all() and (samples.points <= [x1, y1]).all()
 
 
@@ -72,8 +72,8 @@ def test_the_axis_sees_a_disk_that_becomes_the_paraxial_exit_pupil_as_the_stop_c
 
 def test_a_film_point_without_light_has_no_region_and_no_samples():
     stand = bench_of(replace(START, lens="pbrt-fisheye-10mm"))
-    seen = region(stand.lens, stand.film_distance, 60.0)
-    assert seen.area == 0.0 and len(seen.outline) == 0
+    pupil = region(stand.lens, stand.film_distance, 60.0)
+    assert pupil.area == 0.0 and len(pupil.outline) == 0
     assert box_samples(stand.lens, stand.film_distance, 60.0).rate == 0.0
 
 
@@ -81,11 +81,11 @@ def test_the_plot_holds_the_region_of_a_beside_a_small_one():
     """It held that of the present settings alone, inside which no line of a wider A passes."""
     small, wide = (bench_of(replace(START, f_number=f_number)) for f_number in (11.0, 2.8))
     rear = small.lens.surfaces[-1].semi_diameter
-    seen = region(small.lens, small.film_distance, 15.1)
+    pupil = region(small.lens, small.film_distance, 15.1)
     ghost = region(wide.lens, wide.film_distance, 15.1).outline
-    x0, y0, x1, y1 = exit_pupil.shown_box(rear, [seen], seen, ghost)
+    x0, y0, x1, y1 = exit_pupil.shown_box(rear, [pupil], pupil, ghost)
     assert (ghost >= (x0, y0)).all() and (ghost <= (x1, y1)).all()
-    alone = exit_pupil.shown_box(rear, [seen], seen)
+    alone = exit_pupil.shown_box(rear, [pupil], pupil)
     assert alone[2] - alone[0] < 0.5 * (x1 - x0)
 
 
@@ -103,7 +103,7 @@ class Panel:
 
 def test_the_film_radius_is_turned_and_the_mouse_in_the_picture_does_not_change_it():
     panel = Panel()
-    seen = {}
+    radii = {}
 
     def test(ctx):
         ctx.yield_(3)
@@ -112,18 +112,18 @@ def test_the_film_radius_is_turned_and_the_mouse_in_the_picture_does_not_change_
         ctx.mouse_move_to_pos(ImVec2(0.5 * (box.min.x + box.max.x), y))
         ctx.mouse_click(0)
         ctx.yield_(2)
-        seen["half"] = panel.film_radius
+        radii["half"] = panel.film_radius
         panel.links.hover = (400.0, 320.0)
         ctx.yield_(3)
-        seen["hovering"] = panel.film_radius
+        radii["hovering"] = panel.film_radius
         for y in range(110, 330, 25):                   # what passes under the cursor
             ctx.mouse_move_to_pos(ImVec2(150.0, float(y)))
             ctx.yield_()
 
     drive(panel.show, test, (300, 350))
     # A click lies on a whole pixel of 260
-    assert seen["half"] == pytest.approx(0.25 * math.hypot(36.0, 24.0), abs=0.15)
-    assert seen["hovering"] == seen["half"]
+    assert radii["half"] == pytest.approx(0.25 * math.hypot(36.0, 24.0), abs=0.15)
+    assert radii["hovering"] == radii["half"]
 
 
 STATES = [START, replace(START, lens="no-such-lens"), replace(START, focus_distance=3.0), replace(START, f_number=0.3),

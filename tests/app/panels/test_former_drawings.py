@@ -48,13 +48,13 @@ def test_a_plot_holds_the_drawings_of_its_newest_figure_alone():
     drive(gui, test)
     gc.collect()
     assert made[0] == made[1] >= 4                      # the legend, the curve, the gaps and the contours
-    assert len(former) == 30 and not any(each() for each in former)
+    assert len(former) == 30 and not any(reference() for reference in former)
 
 
 @pytest.mark.parametrize("panel", ["section", "view", "pupil"])
 def test_a_panel_holds_no_more_after_many_settings_than_after_one(panel):
     state = {"section": lens_section.SectionState, "view": view_3d.View3DState, "pupil": exit_pupil.PupilState}[panel]()
-    shown, held = [START], []
+    shown, sizes = [START], []
     memo = state.drawn.memo if panel == "pupil" else state.memo
 
     def gui():
@@ -68,12 +68,12 @@ def test_a_panel_holds_no_more_after_many_settings_than_after_one(panel):
 
     def test(ctx):
         ctx.yield_(4)
-        held.append(len(memo))
+        sizes.append(len(memo))
         for i in range(12):
             shown[0] = replace(START, focus_distance=800.0 + 150.0 * i)
             ctx.yield_(2)
         ctx.yield_(2)
-        held.append(len(memo))
+        sizes.append(len(memo))
 
     drive(gui, test, (300, 350))
-    assert held[0] == held[1] > 0
+    assert sizes[0] == sizes[1] > 0

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from lensbench import lenses
-from lensbench.app.panels.lens_browser.section import HEIGHT, WIDTH, SectionLook, section_picture
+from lensbench.app.panels.section_pictures import HEIGHT, WIDTH, SectionLook, section_picture
 from lensbench.app.workers.lens_pictures import LensPictures
 
 SIZE = (240, 80)

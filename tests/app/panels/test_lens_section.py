@@ -229,12 +229,12 @@ def test_the_name_of_the_stop_touches_no_sign_of_the_row_below_the_lens(monkeypa
     """Below, where the switches leave it no place above, it lay over them."""
     words, add = {}, imgui.ImDrawList.add_text
 
-    def noted(draw, *given):
-        if len(given) == 3:
-            at, _, text = given
+    def noted(draw, *args):
+        if len(args) == 3:
+            corner, _, text = args
             extent = imgui.calc_text_size(text)
-            words[text] = at.x, at.y, at.x + extent.x, at.y + extent.y
-        add(draw, *given)
+            words[text] = corner.x, corner.y, corner.x + extent.x, corner.y + extent.y
+        add(draw, *args)
 
     monkeypatch.setattr(imgui.ImDrawList, "add_text", noted)
     drive(Panel(replace(START, lens=name)).show, lambda ctx: ctx.yield_(4), size)
@@ -251,11 +251,11 @@ def test_the_reason_why_a_lens_forms_no_image_leaves_the_switches_free(monkeypat
     """In the layout Editor it lay over them."""
     boxes, add = {}, imgui.ImDrawList.add_text
 
-    def noted(draw, *given):
-        at, text, wrap = (given[0], given[2], 0.0) if len(given) == 3 else (given[2], given[4], given[5])
+    def noted(draw, *args):
+        corner, text, wrap = (args[0], args[2], 0.0) if len(args) == 3 else (args[2], args[4], args[5])
         extent = imgui.calc_text_size(text, False, wrap or -1.0)
-        boxes[text] = at.x, at.y, at.x + extent.x, at.y + extent.y
-        add(draw, *given)
+        boxes[text] = corner.x, corner.y, corner.x + extent.x, corner.y + extent.y
+        add(draw, *args)
 
     monkeypatch.setattr(imgui.ImDrawList, "add_text", noted)
     triplet = replace(START, lens="lenshh-cooke-triplet-50", f_number=None)
@@ -272,7 +272,7 @@ def test_the_reason_why_a_lens_forms_no_image_leaves_the_switches_free(monkeypat
 
 def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
     panel = Panel(replace(START, focus_position="paraxial"))
-    seen = {}
+    values = {}
 
     def test(ctx):
         ctx.yield_(3)
@@ -280,34 +280,34 @@ def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
         before = bench_of(panel.settings)
         drag(ctx, centre(ctx, "**/Film plane"), 10.0, 0.0)
         after = bench_of(panel.settings)
-        seen["film"] = (after.film_distance - before.film_distance) * scale
+        values["film"] = (after.film_distance - before.film_distance) * scale
         drag(ctx, centre(ctx, "**/Film plane"), -60.0, 0.0)
-        seen["far"] = panel.settings.focus_distance
+        values["far"] = panel.settings.focus_distance
         drag(ctx, centre(ctx, "**/Film plane"), 500.0, 0.0)
-        seen["near"] = panel.settings.focus_distance
+        values["near"] = panel.settings.focus_distance
         ctx.mouse_move_to_pos(centre(ctx, "**/Stop edge"))
         before = bench_of(panel.settings)
         drag(ctx, centre(ctx, "**/Stop edge"), 0.0, 8.0)
         after = bench_of(panel.settings)
-        seen["stop"] = (before.lens.stop.semi_diameter - after.lens.stop.semi_diameter) * scale
+        values["stop"] = (before.lens.stop.semi_diameter - after.lens.stop.semi_diameter) * scale
         drag(ctx, centre(ctx, "**/Stop edge, lower"), 0.0, 900.0)
-        seen["open"] = panel.settings.f_number
+        values["open"] = panel.settings.f_number
 
     drive(panel.show, test, (720, 200))
     nearest = lb.nearest_focus(design(START))
     # The mouse moves by whole pixels, imgui's handle drag starts with the press: 10 and 8 pixels, exactly
-    assert seen["film"] == pytest.approx(10.0, abs=1e-3)
-    assert seen["far"] == math.inf
-    assert seen["near"] == pytest.approx(nearest, rel=1e-9)
-    assert seen["stop"] == pytest.approx(8.0, abs=1e-3)
-    assert seen["open"] == pytest.approx(lb.first_order(design(START)).f_number, rel=1e-9)
+    assert values["film"] == pytest.approx(10.0, abs=1e-3)
+    assert values["far"] == math.inf
+    assert values["near"] == pytest.approx(nearest, rel=1e-9)
+    assert values["stop"] == pytest.approx(8.0, abs=1e-3)
+    assert values["open"] == pytest.approx(lb.first_order(design(START)).f_number, rel=1e-9)
 
 
 @pytest.mark.slow
 def test_where_groups_focus_the_film_stays_and_is_pulled_to_what_it_would_focus():
     nikkor = "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"
     panel = Panel(replace(START, lens=nikkor, focus_distance=math.inf, zoom=1.0, f_number=None))
-    seen = {}
+    values = {}
 
     def test(ctx):
         ctx.yield_(3)
@@ -315,20 +315,20 @@ def test_where_groups_focus_the_film_stays_and_is_pulled_to_what_it_would_focus(
         infinity = bench_of(panel.settings)
         drag(ctx, centre(ctx, "**/Film plane"), 10.0, 0.0)
         near = bench_of(panel.settings)
-        seen["distance"] = panel.settings.focus_distance
-        seen["unit"] = lb.focused_distance(infinity.lens, infinity.film_distance + 10.0 / scale)
-        seen["film"] = near.film_z - infinity.film_z
-        seen["moved"] = infinity.lens.surfaces[4].thickness - near.lens.surfaces[4].thickness
+        values["distance"] = panel.settings.focus_distance
+        values["unit"] = lb.focused_distance(infinity.lens, infinity.film_distance + 10.0 / scale)
+        values["film"] = near.film_z - infinity.film_z
+        values["moved"] = infinity.lens.surfaces[4].thickness - near.lens.surfaces[4].thickness
         drag(ctx, centre(ctx, "**/Film plane"), -10.0, 0.0)
-        seen["back"] = panel.settings.focus_distance
+        values["back"] = panel.settings.focus_distance
         drag(ctx, centre(ctx, "**/Film plane"), 500.0, 0.0)
-        seen["nearest"] = panel.settings.focus_distance
+        values["nearest"] = panel.settings.focus_distance
 
     drive(panel.show, test, (720, 200))
-    assert seen["distance"] == pytest.approx(seen["unit"], rel=1e-9)
-    assert seen["film"] == pytest.approx(0.0, abs=1e-4) and seen["moved"] > 0.1    # the table's own rounding
-    assert seen["back"] > 1e8
-    assert seen["nearest"] == pytest.approx(1500.0, rel=1e-5)
+    assert values["distance"] == pytest.approx(values["unit"], rel=1e-9)
+    assert values["film"] == pytest.approx(0.0, abs=1e-4) and values["moved"] > 0.1    # the table's own rounding
+    assert values["back"] > 1e8
+    assert values["nearest"] == pytest.approx(1500.0, rel=1e-5)
 
 
 @pytest.mark.slow
@@ -339,12 +339,12 @@ def test_wheel_zooms_at_the_mouse_drag_pans_and_a_double_click_fits():
     def test(ctx):
         ctx.yield_(3)
         views.append(panel.state.view)
-        at = ImVec2(200.0, 60.0)
-        ctx.mouse_move_to_pos(at)
+        point = ImVec2(200.0, 60.0)
+        ctx.mouse_move_to_pos(point)
         ctx.mouse_wheel(ImVec2(0.0, 3.0))
         ctx.yield_(2)
         views.append(panel.state.view)
-        drag(ctx, at, 30.0, 20.0)
+        drag(ctx, point, 30.0, 20.0)
         views.append(panel.state.view)
         ctx.yield_(40)
         ctx.mouse_double_click(0)
@@ -364,20 +364,20 @@ def test_wheel_zooms_at_the_mouse_drag_pans_and_a_double_click_fits():
 @pytest.mark.slow
 def test_blocked_rays_are_shown_or_not_and_tooltips_appear_on_what_is_drawn():
     panel = Panel(film_radius=15.0)
-    seen = []
+    states = []
 
     def test(ctx):
-        seen.append(panel.state.blocked_rays)
+        states.append(panel.state.blocked_rays)
         ctx.item_click("**/Blocked rays")
         ctx.yield_(2)
-        seen.append(panel.state.blocked_rays)
+        states.append(panel.state.blocked_rays)
         ctx.item_click("**/Blocked rays")
         for x in range(60, 700, 24):
             ctx.mouse_move_to_pos(ImVec2(float(x), 95.0 - 0.03 * x))
             ctx.yield_()
 
     drive(panel.show, test, (720, 200))
-    assert seen == [True, False]
+    assert states == [True, False]
 
 
 STATES = {
@@ -419,7 +419,7 @@ def test_a_lens_too_steep_for_the_view_from_above_says_so_and_is_turned_back(tmp
 
 
 def test_the_lens_before_its_edits_lies_where_they_have_changed_nothing():
-    from lensbench.app.panels.lens_section.switches import ghost_of
+    from lensbench.app.panels.lens_section.handles import ghost_of
     from lensbench.app.plots.section import sketch
     from lensbench.app.session.edited_lens import edited, reverted
     from lensbench.lenses.editing.cells import with_value

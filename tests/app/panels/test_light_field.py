@@ -68,9 +68,9 @@ def test_a_wide_aperture_gives_way_to_its_place_and_its_place_to_a_wide_aperture
 
 def test_a_pixel_and_a_line_show_what_the_views_see_and_a_ray_meets_both_planes(field):
     recording, pixel, cell = Recording(field, START), (50, 30), (2, 0)
-    seen, line = radiance(recording, pixel), epipolar(recording, 30, 0)
+    light, line = radiance(recording, pixel), epipolar(recording, 30, 0)
     for i in range(3):
-        assert np.array_equal(seen[0, i], field.view(i, 0)[30, 50])
+        assert np.array_equal(light[0, i], field.view(i, 0)[30, 50])
         assert np.array_equal(line[i], field.view(i, 0)[30])
     film, pupil = ray(recording, pixel, cell)
     aside = field.offsets[0, 2]
@@ -96,17 +96,17 @@ def test_colours_of_depth_run_from_far_to_near_and_what_is_not_sure_is_dark():
 
 
 def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it_focuses(drive, tmp_path):
-    seen = {}
+    values = {}
 
     def use(hand):
         controller = hand.session.light_field
         open_panel(hand)
         record(hand)
-        seen["recorded"] = controller.worker.recording.settings
+        values["recorded"] = controller.worker.recording.settings
         hand.drag(hand.at("**/Refocus", 0.5, 0.5), hand.at("**/Refocus", 0.7, 0.5))
         hand.drag(hand.at("**/Pupil pad", 0.5, 0.5), hand.at("**/Pupil pad", 0.7, 0.4))
         shown(hand)
-        seen["look"], seen["image"] = controller.look, controller.field_picture.image
+        values["look"], values["image"] = controller.look, controller.field_picture.image
         assert hand.session.presenter.light is controller.field_picture.image
         # Nothing of this is a setting; a setting shows the camera again
         assert hand.settings == START
@@ -133,13 +133,13 @@ def test_what_is_recorded_is_what_the_library_captures_and_what_is_shown_what_it
     session = drive(use, START)
     assert session.view.messages == ["Picture saved as shown.png", "Light field saved as field.npz"]
     settings = replace(with_longer_side(START, 320), samples=1)
-    assert seen["recorded"] == settings
+    assert values["recorded"] == settings
     direct = lb.capture_light_field(camera(settings), lb.builtin_scene(settings.scene), (5, 5), 1, settings.seed)
     again = load_light_field(tmp_path / "field.npz")
     assert np.array_equal(direct.light, again.field.light) and again.settings == settings
-    look = seen["look"]
+    look = values["look"]
     assert look.distance > START.focus_distance and look.view[0] > 0.2 and look.view[1] > 0.1
-    assert np.array_equal(seen["image"], direct.refocus(look.distance, look.f_number, look.view))
+    assert np.array_equal(values["image"], direct.refocus(look.distance, look.f_number, look.view))
 
 
 def test_the_camera_renders_the_same_picture_and_the_difference_is_shown(drive):
@@ -151,12 +151,12 @@ def test_the_camera_renders_the_same_picture_and_the_difference_is_shown(drive):
         hand.wait(lambda: controller.worker.compared is not None, "the camera's picture")
         hand.ctx.yield_(3)
         assert hand.settings.compare == "difference"
-        found = controller.worker.psnr(controller.look.asked)
+        psnr = controller.worker.psnr(controller.look.asked)
         recorded = controller.field_picture.recording.settings
         direct = lb.render(camera(recorded), lb.builtin_scene(START.scene), 256, START.seed)
         # The same samples, added up in another order
-        assert found == pytest.approx(decibels(controller.field_picture.image, direct), abs=0.01)
-        assert found > 23.0                     # the noise of 25 samples a pixel
+        assert psnr == pytest.approx(decibels(controller.field_picture.image, direct), abs=0.01)
+        assert psnr > 23.0                     # the noise of 25 samples a pixel
         # From another place in the pupil too
         hand.drag(hand.at("**/Pupil pad", 0.5, 0.5), hand.at("**/Pupil pad", 0.65, 0.4))
         shown(hand)
@@ -180,12 +180,12 @@ def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(dr
         assert "not found yet" in words and "all in focus" not in words
         hand.ctx.item_click("//Light field/**/Find the depth")
         hand.wait(lambda: controller.worker.known_depth is not None, "the depth")
-        found = controller.worker.known_depth
+        depth = controller.worker.known_depth
         shown(hand)
-        hand.wait(lambda: controller.field_picture.image is found.picture, "the picture in focus everywhere")
+        hand.wait(lambda: controller.field_picture.image is depth.picture, "the picture in focus everywhere")
         hand.ctx.item_click("//Light field/**/Depth picture depth")
         shown(hand)
-        assert np.array_equal(hand.session.presenter.light, depth_codes(found))
+        assert np.array_equal(hand.session.presenter.light, depth_codes(depth))
         hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.45, 0.75))
         hand.ctx.mouse_click(0)
         hand.ctx.yield_(3)
@@ -193,13 +193,13 @@ def test_depth_is_found_shown_and_focused_at_and_a_pixel_is_chosen_by_a_click(dr
         assert (x, y) == pytest.approx((0.45 * 320, 0.75 * 213), abs=25) and hand.settings == START
         hand.ctx.item_click("//Light field/**/Focus there")
         hand.ctx.yield_(2)
-        assert controller.look.show == "focus" and controller.look.distance == found.distance[y, x]
+        assert controller.look.show == "focus" and controller.look.distance == depth.distance[y, x]
         # Now a click focuses
         hand.ctx.mouse_move_to_pos(hand.at("**/Picture", 0.6, 0.35))
         hand.ctx.mouse_click(0)
         hand.ctx.yield_(3)
         x, y = controller.look.pixel
-        assert controller.look.distance == found.distance[y, x] > START.focus_distance
+        assert controller.look.distance == depth.distance[y, x] > START.focus_distance
         shown(hand)
         controller.save_picture(tmp_path / "there.exr", hand.settings)
         saved = read_settings(tmp_path / "there.exr")

@@ -41,11 +41,11 @@ def test_moments_come_back_from_their_file_and_are_focused_one_by_one(recorded, 
 
 def test_the_radiance_of_a_pixel_over_time_has_the_mean_of_the_whole(recorded, capsys):
     recording = load_light_field(recorded)
-    seen, whole = radiance_over_time(recording, (20, 12)), radiance(recording, (20, 12))
-    assert seen.shape == (4, 3, 3, 3)
-    assert np.allclose(seen.mean(0), whole, rtol=3e-3, atol=1e-5)         # half floats
+    moments, whole = radiance_over_time(recording, (20, 12)), radiance(recording, (20, 12))
+    assert moments.shape == (4, 3, 3, 3)
+    assert np.allclose(moments.mean(0), whole, rtol=3e-3, atol=1e-5)         # half floats
     assert main(["lightfield", "view", str(recorded), "--pixel", "20", "12", "--json"]) == 0
-    assert np.allclose(json.loads(capsys.readouterr().out)["radiance_over_time"], seen)
+    assert np.allclose(json.loads(capsys.readouterr().out)["radiance_over_time"], moments)
 
 
 def test_what_has_no_moments_says_so(tmp_path, capsys):

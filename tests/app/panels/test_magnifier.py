@@ -29,7 +29,7 @@ def test_codes_are_those_of_the_screen():
 def test_the_magnifier_is_switched_by_key_tool_and_menu_and_magnifies_by_the_wheel(drive, monkeypatch):
     words = []
     add = imgui.ImDrawList.add_text
-    monkeypatch.setattr(imgui.ImDrawList, "add_text", lambda draw, *given: words.append(given[-1]) or add(draw, *given))
+    monkeypatch.setattr(imgui.ImDrawList, "add_text", lambda draw, *args: words.append(args[-1]) or add(draw, *args))
 
     def use(hand):
         view = hand.session.view
@@ -40,10 +40,10 @@ def test_the_magnifier_is_switched_by_key_tool_and_menu_and_magnifies_by_the_whe
         assert view.magnifier == USUAL
         words.clear()
         hand.ctx.yield_(2)
-        x, y = (int(place) for place in view.links.hover)
+        x, y = (int(coordinate) for coordinate in view.links.hover)
         value = hand.session.presenter.light[y, x]
         code = np.round(255.0 * tone.develop(value, hand.settings.exposure, hand.settings.tone)).astype(int)
-        assert f"{x}, {y}   #" + "".join(f"{part:02x}" for part in code) in words
+        assert f"{x}, {y}   #" + "".join(f"{channel:02x}" for channel in code) in words
         few = len(words)
         hand.ctx.key_down(imgui.Key.mod_alt)
         for _ in range(6):

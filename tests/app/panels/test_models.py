@@ -43,7 +43,7 @@ class Panel:
 
 
 def test_the_chart_of_the_present_lens_comes_by_itself_and_a_click_takes_a_model():
-    panel, seen = Panel(), {}
+    panel, values = Panel(), {}
 
     def click(ctx, item: str) -> None:
         ctx.mouse_move_to_pos(centre(ctx, item))
@@ -55,24 +55,24 @@ def test_the_chart_of_the_present_lens_comes_by_itself_and_a_click_takes_a_model
         panel.wait(ctx)
         for name in ("degree 7", "thin lens", "pinhole", "scalar reference", "trace, float64", "degree 11"):
             click(ctx, f"**/###Model {name}")
-            seen[name] = panel.settings.lens_model, panel.settings.degree
+            values[name] = panel.settings.lens_model, panel.settings.degree
         click(ctx, "**/###Model trace, float32 name")       # its name is as good as its mark
-        seen["trace"] = panel.settings
+        values["trace"] = panel.settings
         for shown in ("worst", "light"):
             click(ctx, f"**/###Error {shown}")
             ctx.mouse_move_to_pos(centre(ctx, "**/###Model degree 9"))
             ctx.yield_(3)
-        seen["chart"] = panel.worker.chart
+        values["chart"] = panel.worker.chart
         click(ctx, "**/###Measure again")
         panel.wait(ctx)
 
     drive(panel.show, test, (420, 320))
-    assert seen["degree 7"] == ("polynomial", 7)
-    assert seen["thin lens"] == ("thin", 7)
-    assert seen["pinhole"] == seen["scalar reference"] == seen["trace, float64"] == ("pinhole", 7)
-    assert seen["degree 11"] == ("polynomial", 11)
-    assert seen["trace"] == replace(START, degree=11)
-    marks = {mark.name: mark for mark in seen["chart"].marks}
+    assert values["degree 7"] == ("polynomial", 7)
+    assert values["thin lens"] == ("thin", 7)
+    assert values["pinhole"] == values["scalar reference"] == values["trace, float64"] == ("pinhole", 7)
+    assert values["degree 11"] == ("polynomial", 11)
+    assert values["trace"] == replace(START, degree=11)
+    marks = {mark.name: mark for mark in values["chart"].marks}
     assert marks["trace, float32"].error < marks["degree 3"].error < marks["pinhole"].error
 
 

@@ -19,7 +19,7 @@ def test_the_overlay_shows_the_circles_of_confusion_of_the_closed_form(focus, f_
     settings = replace(Settings(), focus_distance=focus, f_number=f_number, focus_position="paraxial")
     depth = np.array([[250.0, 400.0, 1000.0, 1200.0, 8000.0, 1e6]], np.float32)
     blur, stand = Blur.of(settings), bench_of(settings)
-    shown = np.array([[blur.pixels(each, (0.3, 0.7)) for each in depth[0].tolist()]])
+    shown = np.array([[blur.pixels(distance, (0.3, 0.7)) for distance in depth[0].tolist()]])
     film_distance = lb.film_distance(stand.lens, focus)
     expected = lb.thick_circle_of_confusion(stand.lens, film_distance, depth[0].astype(float))[None]
     # both in double: what is in focus comes out as a difference of reciprocals of 1/1000 mm, times gains of 1e5 px mm

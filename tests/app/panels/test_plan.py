@@ -85,14 +85,14 @@ def test_the_spaces_of_the_middle_of_a_picture():
 @pytest.mark.parametrize("model", ["trace", "thin", "perspective", "fisheye"])
 def test_a_point_pointed_at_is_seen_at_that_point(model):
     settings = replace(of_kind(SMALL, model), yaw=0.2, pitch=-0.1, position=(10.0, 20.0, 30.0), fisheye_fov=2.0)
-    of, at = camera(settings), (33.0, 61.0)
+    of, position = camera(settings), (33.0, 61.0)
     depth = np.full((settings.pixels_y, settings.pixels_x), 900.0, np.float32)
-    ray = of.generate_rays([at], [of.pupil_centre])
-    point = ray.origins + along(of, at, depth) * ray.directions
+    ray = of.generate_rays([position], [of.pupil_centre])
+    point = ray.origins + along(of, position, depth) * ray.directions
     assert (np.linalg.inv(settings.world_from_camera) @ [*point[0], 1.0])[2] == pytest.approx(-900.0, abs=1e-6)
     raster, visible = of.raster_from_point(point)
     assert visible[0]
-    np.testing.assert_allclose(raster[0], at, atol=1e-6)
+    np.testing.assert_allclose(raster[0], position, atol=1e-6)
 
 
 def test_a_point_of_a_thing_is_told_in_the_frame_of_the_thing():
@@ -110,12 +110,12 @@ def test_a_point_of_a_thing_is_told_in_the_frame_of_the_thing():
 
 def test_intrinsics_are_the_focal_length_in_pixels():
     settings = replace(PERSPECTIVE, position=(1.0, 2.0, 3.0))
-    found = json.loads(intrinsics(camera(settings)))
+    document = json.loads(intrinsics(camera(settings)))
     got = readings(settings)
-    assert found["fx"] == pytest.approx(got.efl / settings.film_width * settings.pixels_x, rel=1e-12)
-    assert (found["cx"], found["cy"]) == (480.0, 320.0)
-    assert np.array(found["world_from_camera"])[:3, 3].tolist() == [1.0, 2.0, 3.0]
-    assert found["units"] == "pixels, mm"
+    assert document["fx"] == pytest.approx(got.efl / settings.film_width * settings.pixels_x, rel=1e-12)
+    assert (document["cx"], document["cy"]) == (480.0, 320.0)
+    assert np.array(document["world_from_camera"])[:3, 3].tolist() == [1.0, 2.0, 3.0]
+    assert document["units"] == "pixels, mm"
     parallel = json.loads(intrinsics(camera(replace(settings, camera="orthographic"))))
     assert parallel["units"] == "pixels per mm, mm"
     assert intrinsics(camera(replace(settings, camera="environment"))) is None
@@ -123,10 +123,10 @@ def test_intrinsics_are_the_focal_length_in_pixels():
 
 def test_falloff_and_distortion_reach_to_the_corner_and_a_fisheye_is_measured_as_one():
     settings = Settings()
-    found = falling(bench_of(settings))
-    assert found.light.radii[-1] == pytest.approx(settings.film.diagonal / 2.0)
-    assert found.light.total[-1] == pytest.approx(found.light.natural[-1] * found.light.vignetting[-1])
-    assert found.shape.projection == "rectilinear" and found.shape.kind == "barrel"
+    analysis = falling(bench_of(settings))
+    assert analysis.light.radii[-1] == pytest.approx(settings.film.diagonal / 2.0)
+    assert analysis.light.total[-1] == pytest.approx(analysis.light.natural[-1] * analysis.light.vignetting[-1])
+    assert analysis.shape.projection == "rectilinear" and analysis.shape.kind == "barrel"
     wide = next(card.name for card in lenses.describe() if "isheye" in card.title)
     assert falling(bench_of(replace(settings, lens=wide))).shape.projection != "rectilinear"
 

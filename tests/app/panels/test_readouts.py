@@ -59,12 +59,12 @@ def test_what_has_no_meaning_is_a_dash(model):
 def test_a_camera_shows_the_rows_that_it_has(model):
     settings = of_kind(START, model)
     every = rows(settings, readings(settings), Status(164e6, 60.0, 128))
-    seen = own(settings, every)
+    shown = own(settings, every)
     if not (settings.has_lens and settings.has_stop):
-        assert [row.name for row in seen] == [row.name for row in every if row.value != NONE]
-        assert not seen[0].gap and len(seen) < len(every)
+        assert [row.name for row in shown] == [row.name for row in every if row.value != NONE]
+        assert not shown[0].gap and len(shown) < len(every)
     else:
-        assert seen == every
+        assert shown == every
 
 
 def test_every_row_is_explained_and_abbreviations_are_spelled_out():

@@ -23,21 +23,21 @@ def test_a_point_of_a_wall_lies_on_the_wall(kind, fov):
     wall = lb.Rectangle((WALL, -9000.0, 9000.0), (0.0, 18000.0, 0.0), (0.0, 0.0, -18000.0))
     of = camera(settings)
     depth = lb.depth_map(of, lb.Scene("wall", plates=(wall,)))
-    seen = 0
-    for at in [(10.5, 20.5), (20.5, 15.5), (25.5, 22.5), (40.5, 20.5), (60.5, 30.5)]:
-        ray = of.generate_rays([at], [of.pupil_centre])
+    count = 0
+    for raster in [(10.5, 20.5), (20.5, 15.5), (25.5, 22.5), (40.5, 20.5), (60.5, 30.5)]:
+        ray = of.generate_rays([raster], [of.pupil_centre])
         (start, *_), (to, *_) = ray.origins[0], ray.directions[0]
         distance = (WALL - start) / to              # along a unit ray to the plane
         if not (ray.weights[0] > 0.0 and 0.0 < distance < 8000.0):
             continue
-        seen += 1
-        assert along(of, at, depth) == pytest.approx(distance, rel=1e-5)
-        table = {name: numbers for name, numbers, *_ in rows(of, at, depth)}
+        count += 1
+        assert along(of, raster, depth) == pytest.approx(distance, rel=1e-5)
+        table = {name: numbers for name, numbers, *_ in rows(of, raster, depth)}
         point = ray.origins[0] + distance * ray.directions[0]
         world = [float(value.replace("−", "-")) for value in table["World"]]
         np.testing.assert_allclose(world, point / 1000.0, atol=6e-4)        # three printed digits
         assert float(table["Distance"][0]) == pytest.approx(distance / 1000.0, abs=6e-4)
-    assert seen >= 2
+    assert count >= 2
 
 
 def test_the_focal_length_of_parallel_rays_is_in_pixels_per_millimetre_of_the_scene():

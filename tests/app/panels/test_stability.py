@@ -34,12 +34,12 @@ def test_families_and_sweeps_are_chosen_and_measured_and_a_method_shows_where_it
         hand.picture()
         hand.ctx.window_focus("//Stability")
         hand.ctx.yield_(3)
-        found = hand.session.panels._stability_worker.found
-        hand.wait(lambda: ("Intersection", SPHERES) in found, "the first sweep")
+        sweeps = hand.session.panels._stability_worker.found
+        hand.wait(lambda: ("Intersection", SPHERES) in sweeps, "the first sweep")
         hand.ctx.yield_(2)
         hand.ctx.item_click("//Stability/##Sweep")
         hand.ctx.item_click("//##Combo_00/Distance of the ray's origin")
-        hand.wait(lambda: FIRST in found, "the second")
+        hand.wait(lambda: FIRST in sweeps, "the second")
         hand.ctx.yield_(2)
         hand.ctx.item_click("**/###foot form, float32")
         assert hand.session.panels._stability_state.method == "foot form, float32"
@@ -47,10 +47,10 @@ def test_families_and_sweeps_are_chosen_and_measured_and_a_method_shows_where_it
         hand.photograph(tmp_path / "window.png")
         hand.ctx.item_click("//Stability/##Family")
         hand.ctx.item_click("//##Combo_00/Closed forms")
-        wanted = ("Closed forms", "Thin lens as the focus comes to f")
-        hand.wait(lambda: wanted in found, "another family")
+        family = ("Closed forms", "Thin lens as the focus comes to f")
+        hand.wait(lambda: family in sweeps, "another family")
         state = hand.session.panels._stability_state
-        assert state.title == wanted[1] and state.method == ""
+        assert state.title == family[1] and state.method == ""
 
     session = drive(use)
     assert session.view.messages == []

@@ -16,7 +16,7 @@ from lensbench.app.bench.readouts import dark_corners
 from lensbench.app.command.main import main
 from lensbench.app.panels.exit_pupil import UPWARDS
 from lensbench.app.panels.falloff import EVERY_WAY
-from lensbench.app.panels.lens_section.switches import SIDE, TOP
+from lensbench.app.panels.lens_section.handles import SIDE, TOP
 from lensbench.app.panels.readouts import Status, rows
 from lensbench.app.settings.camera_facts import LENS_MODELS
 from lensbench.app.settings.settings import Settings
@@ -49,8 +49,8 @@ def test_what_ends_the_light_is_told_along_the_film_s_diagonal():
     stand = bench_of(NEAR)
     share = float(dark_corners(NEAR).split(" at ")[1].split(" %")[0]) / 100.0
     for factor, dark in ((0.985, False), (1.015, True)):            # it is told to a hundredth
-        place = factor * share * np.array([18.0, 12.0])
-        assert (len(lb.open_region(stand.lens, stand.film_distance, place)) == 0) == dark
+        film_point = factor * share * np.array([18.0, 12.0])
+        assert (len(lb.open_region(stand.lens, stand.film_distance, film_point)) == 0) == dark
     assert dark_corners(replace(NEAR, crop=0.5)) == ""
 
 
@@ -70,7 +70,7 @@ def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, mon
     monkeypatch.setattr(imgui, "text_colored", lambda tint, text: words.append(text) or colour(tint, text))
     monkeypatch.setattr(imgui, "text_disabled", lambda text: words.append(text) or dim(text))
     monkeypatch.setattr(imgui.ImDrawList, "add_text",
-                        lambda draw, *given: words.append(given[-1]) or add(draw, *given))
+                        lambda draw, *arguments: words.append(arguments[-1]) or add(draw, *arguments))
 
     def use(hand):
         hand.picture()
@@ -100,8 +100,8 @@ def test_a_file_with_cylinders_is_opened_and_turned_by_hand(drive, tmp_path, mon
         hand.picture()
         assert np.abs(hand.session.worker.newest().image - squeezed).max() > 0.05
         before = hand.settings.focus_distance
-        place = hand.at("**/Film plane", 0.5, 0.5)
-        hand.drag(place, imgui.ImVec2(place.x + 3.0, place.y))
+        middle = hand.at("**/Film plane", 0.5, 0.5)
+        hand.drag(middle, imgui.ImVec2(middle.x + 3.0, middle.y))
         assert hand.settings.focus_distance < before
         hand.drag(hand.at("**/Film radius", 0.69, 0.5), hand.at("**/Film radius", 0.3, 0.5))
 

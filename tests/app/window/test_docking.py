@@ -19,20 +19,20 @@ def test_the_columns_are_as_wide_as_their_text_needs(factor):
     runner = window.parameters(session, (1900, 1000))
     runner.dpi_aware_params.dpi_window_size_factor = factor
     runner.fps_idling.enable_idling = False
-    seen = {}
+    widths = {}
 
     def test(ctx):
         ctx.yield_(10)
-        seen["factor"] = hello_imgui.dpi_window_size_factor()
+        widths["factor"] = hello_imgui.dpi_window_size_factor()
         for name in ("Controls", "Exit pupil"):
-            seen[name] = imgui.internal.find_window_by_name(name).size.x / imgui.get_font_size()
+            widths[name] = imgui.internal.find_window_by_name(name).size.x / imgui.get_font_size()
 
     try:
         testing.run(test_function=test, runner_params=runner, add_ons_params=immapp.AddOnsParams(with_implot=True))
     finally:
         session.worker.stop()
-    assert seen["factor"] == factor
-    assert 17.0 < seen["Controls"] < 23.0 and 18.0 < seen["Exit pupil"] < 31.0
+    assert widths["factor"] == factor
+    assert 17.0 < widths["Controls"] < 23.0 and 18.0 < widths["Exit pupil"] < 31.0
 
 
 @pytest.mark.slow
@@ -44,18 +44,18 @@ def test_a_panel_that_floats_hides_what_is_below_it(drive, tmp_path):
         hand.ctx.window_move("Plan", ImVec2(500, 200))
         hand.ctx.yield_(2)
         window = imgui.internal.find_window_by_name("Plan")
-        at = int(window.pos.x + 0.5 * window.size.x), int(window.pos.y + window.size.y) - 4
+        pixel = int(window.pos.x + 0.5 * window.size.x), int(window.pos.y + window.size.y) - 4
         hand.photograph(tmp_path / "window.png")
-        panel = tuple(round(255.0 * part) for part in theme.colours().panel[:3])
+        panel = tuple(round(255.0 * channel) for channel in theme.colours().panel[:3])
         with Image.open(tmp_path / "window.png") as picture:
-            assert picture.getpixel(at) == panel
+            assert picture.getpixel(pixel) == panel
 
     drive(test)
 
 
 @pytest.mark.slow
 def test_every_camera_finds_room_for_its_controls_in_a_small_window(drive):
-    seen = {}
+    shown = {}
 
     def test(hand):
         hand.picture()
@@ -63,7 +63,7 @@ def test_every_camera_finds_room_for_its_controls_in_a_small_window(drive):
             hand.session.history.edit(of_kind(SMALL, name), False, 0.0)
             hand.ctx.yield_(3)
             controls = imgui.internal.find_window_by_name("Controls")
-            seen[name] = controls.scrollbar_y, hand.ctx.item_exists("**/Aperture")
+            shown[name] = controls.scrollbar_y, hand.ctx.item_exists("**/Aperture")
         hand.session.history.edit(of_kind(SMALL, "polynomial"), False, 0.0)
         hand.ctx.yield_(3)
         hand.ctx.item_click("//Controls/##Degree")
@@ -72,9 +72,9 @@ def test_every_camera_finds_room_for_its_controls_in_a_small_window(drive):
         assert (hand.settings.lens_model, hand.settings.degree) == ("polynomial", 5)
 
     drive(test)
-    assert [model for model, (scrolls, _) in seen.items() if scrolls] == []
+    assert [model for model, (scrolls, _) in shown.items() if scrolls] == []
     # a camera that sees from a point, or without a lens, has no aperture to set
-    assert {name for name, (_, aperture) in seen.items() if not aperture} == {
+    assert {name for name, (_, aperture) in shown.items() if not aperture} == {
         "pinhole", *(name for name, kind in CAMERA_KINDS.items() if not kind.f_number)}
 
 
@@ -84,8 +84,8 @@ def test_the_words_of_the_help_stand_within_it(drive):
         hand.picture()
         hand.press(imgui.Key.f1)
         hand.ctx.yield_(3)
-        found = imgui.internal.find_window_by_name("Keys and mouse")
-        assert found.content_size.x <= found.size.x - 2.0 * imgui.get_style().window_padding.x + 0.5
+        sheet = imgui.internal.find_window_by_name("Keys and mouse")
+        assert sheet.content_size.x <= sheet.size.x - 2.0 * imgui.get_style().window_padding.x + 0.5
 
     drive(test)
 

@@ -274,9 +274,9 @@ def test_the_dialogs_show_long_folders_whole_and_that_a_file_of_a_long_name_is_r
     ends = {}
 
     def noted(plain):
-        def draw(*given):
-            plain(*given)
-            ends[given[-1]] = imgui.get_item_rect_max().x - imgui.get_window_pos().x - imgui.get_window_width()
+        def draw(*arguments):
+            plain(*arguments)
+            ends[arguments[-1]] = imgui.get_item_rect_max().x - imgui.get_window_pos().x - imgui.get_window_width()
         return draw
 
     monkeypatch.setattr(imgui, "text_colored", noted(imgui.text_colored))

@@ -26,7 +26,7 @@ def test_the_picture_has_half_of_every_window_and_no_panel_is_lost(name, width, 
     parts = {split.new_dock: split.ratio for split in splits(name, width, height, EM)}
     assert (1.0 - parts.get("Left", 0.0)) * (1.0 - parts.get("Right", 0.0)) >= 0.5 - 1e-6
     assert 1.0 - parts.get("Bottom", 0.0) >= 0.5
-    assert all(0.0 < part < 1.0 for part in parts.values())
+    assert all(0.0 < share < 1.0 for share in parts.values())
     laid = docks(name, folds(name, width, height, EM))
     assert set(laid) == set(parts)
     whole = [panel for panels in LAYOUTS[name].docks.values() for panel in panels]
@@ -40,12 +40,12 @@ def _resize(hand, width: int, height: int) -> None:
 
 def _places() -> dict[str, tuple[int, int, int, int]]:
     """Corner and size of the shown panels."""
-    found = {}
+    places = {}
     for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
         window = imgui.internal.find_window_by_name(panel.label)
         if window is not None and window.active and not window.hidden:
-            found[panel.label] = tuple(round(side) for side in (*window.pos, *window.size))
-    return found
+            places[panel.label] = tuple(round(side) for side in (*window.pos, *window.size))
+    return places
 
 
 @pytest.mark.slow

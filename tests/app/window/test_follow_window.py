@@ -35,8 +35,8 @@ def test_the_picture_takes_the_pixels_of_the_window_and_a_drag_a_coarse_one(driv
         monkeypatch.setattr(state, "DRAG_SECONDS", 1e-3)        # as if this machine were slow
         hand.ctx.mouse_move_to_pos(hand.at("**/Aperture", 0.4, 0.5))
         hand.ctx.mouse_down(0)
-        for part in (0.45, 0.5, 0.55):
-            hand.ctx.mouse_move_to_pos(hand.at("**/Aperture", part, 0.5))
+        for fraction in (0.45, 0.5, 0.55):
+            hand.ctx.mouse_move_to_pos(hand.at("**/Aperture", fraction, 0.5))
             hand.ctx.yield_(3)
         hand.wait(lambda: worker.newest().settings.pixels_x < full, "a coarse picture")
         hand.ctx.yield_(3)

@@ -194,13 +194,13 @@ def test_parts_outside_of_holes_do_not_overlap_and_leave_nothing_out():
     for count in range(6):
         holes = [(*corner, *(corner + size)) for corner, size in
                  zip(random.integers(-4, 20, (count, 2)), random.integers(0, 14, (count, 2)), strict=True)]
-        filled, wanted = np.zeros((24, 24), int), np.ones((24, 24), int)
+        filled, expected = np.zeros((24, 24), int), np.ones((24, 24), int)
         for left, top, right, bottom in holes:
-            wanted[max(top, 0):max(bottom, 0), max(left, 0):max(right, 0)] = 0
-        wanted[:, :2] = wanted[:, 20:] = wanted[:3] = wanted[22:] = 0
+            expected[max(top, 0):max(bottom, 0), max(left, 0):max(right, 0)] = 0
+        expected[:, :2] = expected[:, 20:] = expected[:3] = expected[22:] = 0
         for left, top, right, bottom in lens_browsing.outside((2, 3, 20, 22), holes):
             filled[top:bottom, left:right] += 1
-        assert np.array_equal(filled, wanted)
+        assert np.array_equal(filled, expected)
 
 
 @pytest.mark.slow

@@ -13,8 +13,8 @@ from lensbench.app.bench.build import design
 from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.lens_section.handles import REACH
 from lensbench.app.panels.lens_table import dialogs
-from lensbench.app.panels.lens_table.improvement import progress
-from lensbench.app.panels.lens_table.state import Attachment
+from lensbench.app.panels.lens_table.cell import Attachment
+from lensbench.app.panels.lens_table.dialogs import progress
 from lensbench.app.plots.section import sketch, surface_curves
 from lensbench.app.session import lens_cells
 from lensbench.app.session.edited_lens import document_of, original
@@ -134,15 +134,15 @@ def test_tab_takes_the_typed_number_and_goes_to_the_next_cell(drive):
         hand.ctx.key_chars_replace("23,5")
         hand.press(KEY.tab)
         hand.ctx.yield_(2)
-        assert 1.0 / surfaces(hand)[0].curvature == pytest.approx(23.5) and state.at == (0, "thickness")
+        assert 1.0 / surfaces(hand)[0].curvature == pytest.approx(23.5) and state.focused == (0, "thickness")
         hand.press(KEY.enter)
         hand.ctx.key_chars_replace("abc")
         hand.press(KEY.tab)
         hand.ctx.yield_(2)
-        assert state.entry is not None and "type a thickness" in state.entry.error and state.at == (0, "thickness")
+        assert state.entry is not None and "type a thickness" in state.entry.error and state.focused == (0, "thickness")
         hand.press(KEY.escape)
         hand.press(chord(KEY.mod_shift, KEY.tab))
-        assert state.at == (0, "curvature") and changed(hand, start) == [(0, "curvature")]
+        assert state.focused == (0, "curvature") and changed(hand, start) == [(0, "curvature")]
         hand.press(chord(KEY.mod_ctrl, KEY.z))                                     # one step of undo
         assert surfaces(hand) == start
 
@@ -436,7 +436,7 @@ def test_unsaved_edits_are_offered_at_the_next_start(drive, tmp_path, monkeypatc
     saved.keep(edited)
     assert left_behind(tmp_path) == []                          # this process still runs
     monkeypatch.setattr("lensbench.app.session.states.runs", lambda process: False)
-    assert [each.settings for each in left_behind(tmp_path)] == [edited]
+    assert [edit.settings for edit in left_behind(tmp_path)] == [edited]
 
     def use(hand):
         hand.picture()
@@ -476,8 +476,8 @@ def test_the_file_of_unsaved_edits_stays_where_a_full_disk_takes_no_other(drive,
             hand.ctx.item_click("**/Restore")
             hand.ctx.yield_(5)
         assert hand.settings == edited and any(
-            "No space left" in each for each in hand.session.view.messages)
-        assert [each.settings for each in left_behind(tmp_path)] == [edited]
+            "No space left" in text for text in hand.session.view.messages)
+        assert [text.settings for text in left_behind(tmp_path)] == [edited]
 
     drive(use, SMALL)
 
@@ -569,13 +569,13 @@ def test_handles_of_the_section_drag_their_numbers_and_undo_restores_the_bits(dr
                  (place(*end), 0, -3, {(4, "semi_diameter")}),
                  (place(curve, 5.0), -1, 0, {(0, "curvature")}),
                  (place(lens.vertices[0] + 1.6, 1.5), 2, 0, {(1, "thickness")})]
-        for at, dx, dy, numbers in drags:
+        for corner, dx, dy, numbers in drags:
             state.view = view                                   # a far film has moved it
-            hand.ctx.mouse_move_to_pos(at)
+            hand.ctx.mouse_move_to_pos(corner)
             hand.ctx.yield_(2)
-            hand.drag(at, ImVec2(at.x + dx, at.y + dy))
+            hand.drag(corner, ImVec2(corner.x + dx, corner.y + dy))
             assert set(changed(hand, start)) == numbers
-            if at is drags[0][0]:
+            if corner is drags[0][0]:
                 assert state.view == view                       # it edits, and does not pan
             hand.press(chord(KEY.mod_ctrl, KEY.z))
             assert hand.settings == TRIPLET and surfaces(hand) == start
@@ -729,12 +729,12 @@ def test_handles_of_the_section_decentre_and_tilt_a_body_from_both_sides(drive):
             state.view = view
             press(lens.vertices[0] + 1.6, 1.5)                  # in the glass of the first element
             assert state.edit.body == (0, 1)
-            found = pose_handles(sketch(hand.settings, state.above).lens, (0, 1), REACH / view.scale, 1e3,
-                                 state.above)[kind is HandleKind.TILT]
-            at = view.to_screen(corner, found.z, found.y)
+            handle = pose_handles(sketch(hand.settings, state.above).lens, (0, 1), REACH / view.scale, 1e3,
+                                  state.above)[kind is HandleKind.TILT]
+            point = view.to_screen(corner, handle.z, handle.y)
             if shift:
                 hand.ctx.key_down(KEY.mod_shift)
-            hand.drag(at, ImVec2(at.x + dx, at.y + dy))
+            hand.drag(point, ImVec2(point.x + dx, point.y + dy))
             if shift:
                 hand.ctx.key_up(KEY.mod_shift)
             assert changed(hand, start) == []                   # nothing but poses
@@ -743,16 +743,16 @@ def test_handles_of_the_section_decentre_and_tilt_a_body_from_both_sides(drive):
         for above, decentre, tilt in ((False, "decentre_y", "tilt_x"), (True, "decentre_x", "tilt_y")):
             for kind, quantity, dx, dy in ((HandleKind.DECENTRE, decentre, 0, -12), (HandleKind.TILT, tilt, 12, 0)):
                 poses = pull(kind, dx, dy)
-                wanted = lb.SurfacePose(**{quantity: getattr(poses[0], quantity)})
-                assert poses == [wanted, replace(wanted, pivot=1), *[None] * (len(poses) - 2)]
+                expected = lb.SurfacePose(**{quantity: getattr(poses[0], quantity)})
+                assert poses == [expected, replace(expected, pivot=1), *[None] * (len(poses) - 2)]
                 hand.press(chord(KEY.mod_ctrl, KEY.z))                # one gesture, one undo
                 assert hand.settings == TRIPLET and surfaces(hand) == start
                 if not above:
                     fine = pull(kind, dx, dy, shift=True)[0]
-                    assert getattr(fine, quantity) == pytest.approx(0.1 * getattr(wanted, quantity), rel=1e-6)
+                    assert getattr(fine, quantity) == pytest.approx(0.1 * getattr(expected, quantity), rel=1e-6)
                     hand.press(chord(KEY.mod_ctrl, KEY.z))
                 if kind is HandleKind.DECENTRE:
-                    assert getattr(wanted, quantity) == pytest.approx(12.0 / view.scale)
+                    assert getattr(expected, quantity) == pytest.approx(12.0 / view.scale)
             if not above:
                 hand.ctx.item_click("**/Section side")
                 assert state.above

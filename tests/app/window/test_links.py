@@ -84,15 +84,15 @@ def test_the_point_spread_is_that_of_the_hovered_pixel_and_stays_when_the_mouse_
         hand.ctx.item_click("**/Pixel###Field pixel")
         hand.ctx.yield_(3)
         assert state.figure is None and "Point at the picture" in state.reason
-        found = []
+        titles = []
         for x, y in ((0.5, 0.5), (0.8, 0.6)):
             point_at_picture(hand, x, y)
             hand.ctx.mouse_move_to_pos(inside("Point spread", 0.5, 0.6))
             hand.ctx.yield_(3)
             hand.wait(lambda: not worker.busy, "the figure")
             hand.ctx.yield_(2)
-            found.append((state.figure.rows[0][0].title, state.figure.conditions))
-        assert found[0] != found[1] and float(found[0][0].split()[0]) < 1.0 < 5.0 < float(found[1][0].split()[0])
+            titles.append((state.figure.rows[0][0].title, state.figure.conditions))
+        assert titles[0] != titles[1] and float(titles[0][0].split()[0]) < 1.0 < 5.0 < float(titles[1][0].split()[0])
 
     assert drive(use).view.messages == []
 

@@ -13,7 +13,7 @@ from lensbench.app.panels.action_names import ACTION_NAMES
 from lensbench.app.settings.text_values import format_angle
 from lensbench.app.window import palette
 from lensbench.app.window.actions import ACTIONS, CHECKED, ENABLED, RUNS
-from lensbench.app.window.menus import MENUS
+from lensbench.app.window.bars import MENUS
 from tests.app.conftest import SMALL
 
 KEY = imgui.Key
@@ -77,9 +77,9 @@ def test_a_zoom_lens_is_turned_to_the_focal_length_that_is_typed(drive):
 
         hand.picture()
         scaled = hand.settings.focal_length
-        for text, wanted in (("zoom 85", 85.0), ("zoom 135mm", 135.0), ("focal length 10 cm", 100.0)):
+        for text, expected in (("zoom 85", 85.0), ("zoom 135mm", 135.0), ("focal length 10 cm", 100.0)):
             ask(hand, text)
-            assert length() == pytest.approx(wanted, rel=1e-9) and hand.settings.focal_length == scaled
+            assert length() == pytest.approx(expected, rel=1e-9) and hand.settings.focal_length == scaled
         assert palette.answers("zoom", hand.session)[0] == palette.Entry("Zoom", "100 mm", fills="Zoom ")
         beyond = palette.answers("zoom 400", hand.session)[0]
         assert "zooms from" in beyond.text and beyond.run is None
@@ -107,7 +107,7 @@ def test_values_have_the_units_of_their_dials(drive):
 def test_a_value_beyond_the_camera_says_what_it_becomes_and_a_wrong_one_is_seen_whole(drive, monkeypatch):
     """“f-number 0.1” promised f/0.10, and of the range of a distance only its start was seen."""
     drawn, selectable = [], imgui.selectable
-    monkeypatch.setattr(imgui, "selectable", lambda text, *given: drawn.append(text) or selectable(text, *given))
+    monkeypatch.setattr(imgui, "selectable", lambda text, *args: drawn.append(text) or selectable(text, *args))
 
     def use(hand):
         hand.picture()

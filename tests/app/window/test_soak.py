@@ -17,7 +17,7 @@ def test_growth_is_the_slope_of_the_samples_after_a_time_with_its_error():
     noisy = [(t, memory + (-1.0) ** t) for t, memory in samples]
     slope, error = growth(noisy, 10.0)
     assert slope == pytest.approx(0.25, abs=3.0 * error) and 0.005 < error < 0.015       # 1 / (√51 · 14.7)
-    assert all(math.isnan(each) for each in growth(samples, 58.0))                        # three samples have no error
+    assert all(math.isnan(x) for x in growth(samples, 58.0))                        # three samples have no error
 
 
 @pytest.mark.slow

@@ -2,7 +2,7 @@
 
 import pytest
 
-from lensbench.app.window.status import speed_text
+from lensbench.app.window.bars import speed_text
 
 
 @pytest.mark.parametrize(("rate", "text"), [

@@ -275,8 +275,8 @@ def test_both_themes_are_neutral_around_the_picture(drive, tmp_path, dark):
     with Image.open(tmp_path / "window.png") as saved:
         picture = np.asarray(saved).astype(int)
     # Corners of menu bar and toolbar, beside the picture, and at the end of the status bar: without text
-    for place in (picture[4, 700], picture[24, 980], picture[300, 285], picture[717, 640]):
-        assert np.ptp(place) == 0 and bool(place.mean() < 128) is dark
+    for corner in (picture[4, 700], picture[24, 980], picture[300, 285], picture[717, 640]):
+        assert np.ptp(corner) == 0 and bool(corner.mean() < 128) is dark
 
 
 @pytest.mark.slow

@@ -59,7 +59,7 @@ def test_words_about_a_mark_touch_no_other_words_and_none_without_room_are_writt
     """A name was once written at the right border, as if it named what lies there."""
     names = [f"mark {i}" for i in range(30)]
     x, y = np.full(30, 0.5), np.linspace(0.1, 0.9, 30)
-    layers = (Points("", x, y, size=4.5), *(Label(0.5, at, name, free=True) for at, name in zip(y, names, strict=True)))
+    layers = (Points("", x, y, size=4.5), *(Label(0.5, h, name, free=True) for h, name in zip(y, names, strict=True)))
     state, _ = drawn(Figure("", ((Plot(Axis("x", 0.0, 1.0), Axis("y", 0.0, 1.0), layers),),)), (300.0, 110.0))
     boxes, shown = list(state.words["figure 0 0"].values()), state.shown["figure 0 0"]
     assert 2 < len(boxes) < 30

@@ -20,9 +20,9 @@ def number(text):
     return float(text.replace("−", "-"))
 
 
-def close(seen, value):
+def close(shown, value):
     """Within the three printed digits."""
-    return abs(number(seen) - value) <= 0.006 * abs(value) + 1e-12
+    return abs(number(shown) - value) <= 0.006 * abs(value) + 1e-12
 
 
 def map_plots():
@@ -53,35 +53,35 @@ def test_the_text_names_both_coordinates_and_the_value_of_the_cell(name, figure,
     rng, areas = np.random.default_rng(3), [layer for layer in plot.layers if isinstance(layer, Area)]
     for _ in range(60):
         i, j = int(rng.integers(rows)), int(rng.integers(columns))
-        if any(each.x[0] <= x[j] < each.x[1] and each.y[0] <= y[i] < each.y[1] for each in areas):
+        if any(area.x[0] <= x[j] < area.x[1] and area.y[0] <= y[i] < area.y[1] for area in areas):
             continue
         lines = told(plot, x[j], y[i]).split("\n")
         if plot.x.label is not None:
             head, lines = lines[0].split(", "), lines[1:]
             assert len(head) == 2
-            for part, axis, at in zip(head, (plot.x, plot.y), (x[j], y[i]), strict=True):
-                if abs(at) < 1e-9:                      # zero but for rounding
+            for words, axis, coordinate in zip(head, (plot.x, plot.y), (x[j], y[i]), strict=True):
+                if abs(coordinate) < 1e-9:                      # zero but for rounding
                     continue
                 label, unit = axis.label.rstrip(")").split(" (")
-                found = READ.fullmatch(part)
-                assert found is not None and found[1] == label and (found[3] or "").strip() == unit
-                assert close(found[2], at)
+                match = READ.fullmatch(words)
+                assert match is not None and match[1] == label and (match[3] or "").strip() == unit
+                assert close(match[2], coordinate)
         value = next(line.split("   ")[1] for line in lines if line.startswith(f"{shades.name}   "))
-        held = shades.values[i, j]
-        assert value == "–" if np.isnan(held) else close(value, held)
+        cell_value = shades.values[i, j]
+        assert value == "–" if np.isnan(cell_value) else close(value, cell_value)
         for curve in (layer for layer in plot.layers if isinstance(layer, Curve) and layer.name):
             line = next((line for line in lines if line.startswith(f"{curve.name}   ")), None)
             if line is not None:                        # the curve read at the height of the cursor, with its unit
-                seen, unit = line.split("   ")[1].split(" ")
+                shown, unit = line.split("   ")[1].split(" ")
                 known = np.isfinite(curve.x + curve.y)
-                assert unit == "mm" and close(seen, np.interp(y[i], curve.y[known], curve.x[known]))
+                assert unit == "mm" and close(shown, np.interp(y[i], curve.y[known], curve.x[known]))
 
 
 def test_the_map_of_contrast_reads_as_its_table():
     figure, plot = next((figure, plot) for name, figure, plot in MAPS if name == "mtf-map")
     for height, shift, _, sagittal, tangential in figure.table.rows[::37]:
         head, value = told(plot, shift, height).split("\n")[:2]
-        film, image = (part.rsplit(" ", 2) for part in head.split(", "))
+        film, image = (words.rsplit(" ", 2) for words in head.split(", "))
         assert film[0] == "Film shift" and close(film[1], shift) and image[0] == "Image height"
         assert close(image[1], height) and close(value.split("   ")[1], 0.5 * (sagittal + tangential))
 

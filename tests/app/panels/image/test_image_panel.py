@@ -16,9 +16,9 @@ def clicked(after):
     """The settings once the depth of the settings `after` is known, for a click made before them."""
     view = View(pending=Click(0.5, 0.5, SMALL.aim))
     assert focused_by_click(SMALL, Picture(), view) == SMALL and view.pending is not None       # it waits
-    found = focused_by_click(after, Picture(depth=DEPTH), view)
+    focused = focused_by_click(after, Picture(depth=DEPTH), view)
     assert view.pending is None
-    return found
+    return focused
 
 
 @pytest.mark.parametrize("change", [{}, {"f_number": 8.0}, {"pixels_x": 240, "pixels_y": 160}, {"exposure": 1.0}])

@@ -13,7 +13,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import picked, toggles
 from lensbench.app.drawing.recorded import Memo
-from lensbench.app.panels.lens_browser.section import SectionLook
+from lensbench.app.panels.section_pictures import SectionLook
 from lensbench.app.session.lens_shelf import (
     ANY, ERAS, FORMATS, LENGTHS, ORDERS, SPEEDS, Shelf, film_name, film_of, kinds, makers, shelved, short_title
 )
@@ -47,7 +47,7 @@ class BrowserState:
     in_grid: bool = False                       # the arrows left and right move in the grid, not in the text
     scroll: bool = False                        # to the selected cell
     top: float = 0.0                            # of the part of the grid in sight (pixels)
-    found: Memo = field(default_factory=lambda: Memo(4))
+    shelves: Memo = field(default_factory=lambda: Memo(4))
     section: SectionLook | None = None          # the look of the sections in cells of this width
 
 
@@ -98,7 +98,7 @@ def _is_idle() -> bool:
 
 def _shown(cards: tuple[Card, ...], state: BrowserState) -> tuple[Card, ...]:
     key = (cards, state.shelf, tuple(state.favourites), tuple(state.recent))
-    return state.found.of(key, lambda: shelved(cards, state.shelf, state.favourites, state.recent))
+    return state.shelves.of(key, lambda: shelved(cards, state.shelf, state.favourites, state.recent))
 
 
 def _keys(shown: tuple[Card, ...], state: BrowserState, columns: int) -> None:
@@ -111,9 +111,9 @@ def _keys(shown: tuple[Card, ...], state: BrowserState, columns: int) -> None:
     if not step or not shown:
         return
     names = [card.name for card in shown]
-    at = names.index(state.selected) + step if state.selected in names else 0
-    if 0 <= at < len(names):
-        state.selected, state.tried, state.scroll = names[at], names[at], True
+    index = names.index(state.selected) + step if state.selected in names else 0
+    if 0 <= index < len(names):
+        state.selected, state.tried, state.scroll = names[index], names[index], True
 
 
 def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Textures, sections: Textures,
@@ -131,10 +131,10 @@ def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Textures, sect
         return columns
     rows = -(-len(shown) // columns)
     if state.scroll:
-        place = next((i for i, card in enumerate(shown) if card.name == state.selected), 0) // columns
+        selected_row = next((i for i, card in enumerate(shown) if card.name == state.selected), 0) // columns
         top, pitch = imgui.get_scroll_y(), size.y + gap
-        if not top <= place * pitch <= top + room.y - size.y:
-            imgui.set_scroll_y(max(0.0, place * pitch - 0.5 * (room.y - size.y)))
+        if not top <= selected_row * pitch <= top + room.y - size.y:
+            imgui.set_scroll_y(max(0.0, selected_row * pitch - 0.5 * (room.y - size.y)))
         state.scroll = False
     sight: list[str] = []
     state.section, state.top = _section_look(width), imgui.get_scroll_y()
@@ -222,7 +222,7 @@ def _picture(draw: imgui.ImDrawList, picture: Picture, corner: ImVec2, end: ImVe
     black = theme.packed((0.0, 0.0, 0.0, 1.0))
     for upper, lower in (((corner.x, corner.y), (end.x, y)), ((corner.x, bottom), (end.x, end.y)),
                          ((corner.x, y), (x, bottom)), ((right, y), (end.x, bottom))):
-        if upper[0] < lower[0] and upper[1] < lower[1]:         # beside the picture, so that no pixel is drawn twice
+        if upper[0] < lower[0] and upper[1] < lower[1]:         # around the picture, so that no pixel is drawn twice
             draw.add_rect_filled(ImVec2(*upper), ImVec2(*lower), black)
     draw.add_image(imgui.ImTextureRef(texture), ImVec2(x, y), ImVec2(right, bottom))
 
@@ -243,13 +243,13 @@ def _star(card: Card, state: BrowserState, corner: ImVec2, hovered: bool) -> Non
         return
     draw, white = imgui.get_window_draw_list(), theme.packed((1.0, 1.0, 1.0, 1.0 if is_favourite or over else 0.55))
     size = imgui.calc_text_size(fa.ICON_FA_STAR)
-    at = ImVec2(corner.x - 0.5 * (side + size.x), corner.y + 0.5 * (side - size.y))
+    icon = ImVec2(corner.x - 0.5 * (side + size.x), corner.y + 0.5 * (side - size.y))
     draw.add_circle_filled(ImVec2(corner.x - 0.5 * side, corner.y + 0.5 * side), 0.46 * side,
                            theme.packed((0.0, 0.0, 0.0, 0.55)))
     if is_favourite:
-        draw.add_text(at, white, fa.ICON_FA_STAR)
+        draw.add_text(icon, white, fa.ICON_FA_STAR)
     else:
-        draw.add_text(at, white, fa.ICON_FA_PLUS)
+        draw.add_text(icon, white, fa.ICON_FA_PLUS)
 
 
 def focal_text(card: Card) -> str:
@@ -263,7 +263,7 @@ def focal_text(card: Card) -> str:
 
 def _figures(card: Card) -> str:
     speed = f_number_text(card.f_number) if card.f_number else ""
-    return "  ".join(part for part in (focal_text(card), speed, str(card.year or "")) if part)
+    return "  ".join(text for text in (focal_text(card), speed, str(card.year or "")) if text)
 
 
 def _explain(card: Card, problem: str) -> None:
@@ -274,11 +274,11 @@ def _explain(card: Card, problem: str) -> None:
     theme.small()
     film = film_of(card)
     built = f"{card.elements} elements in {card.groups} groups" if card.elements else ""
-    for text in (", ".join(str(part) for part in (card.kind, card.maker, card.designer, card.year) if part),
+    for line in (", ".join(str(text) for text in (card.kind, card.maker, card.designer, card.year) if text),
                  card.patent or card.source, built, film_name(film) if film else "",
                  f"Estimated: {card.estimates}" if card.estimates else ""):
-        if text:
-            imgui.text_disabled(text)
+        if line:
+            imgui.text_disabled(line)
     if problem:
         imgui.text_colored(imgui.ImVec4(*theme.colours().warning), f"No picture: {problem}")
     imgui.pop_font()
@@ -326,8 +326,8 @@ def search(shelf: Shelf, focus: bool) -> Shelf:
     _, text = imgui.input_text_with_hint("##Search lenses", "Search name, maker, kind, patent, year", shelf.search,
                                          imgui.InputTextFlags_.auto_select_all)
     imgui.same_line(0.0, theme.em(0.4))
-    part = toggles("Lenses", PARTS, shelf.part, PART_TIPS, indent=0.0)
-    return replace(shelf, search=text, part=part)
+    shelf_part = toggles("Lenses", PARTS, shelf.part, PART_TIPS, indent=0.0)
+    return replace(shelf, search=text, part=shelf_part)
 
 
 def filters(shelf: Shelf, cards: Sequence[Card], shown: int) -> Shelf:

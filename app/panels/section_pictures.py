@@ -24,7 +24,7 @@ Pixels = NDArray[np.uint8]
 
 
 class SectionLook(NamedTuple):
-    """All that changes the picture of a section, besides the lens: pixels across and down, theme, width of a line."""
+    """All but the lens that changes the picture of a section: pixels across and down, theme, width of a line."""
 
     size: tuple[int, int]
     dark: bool
@@ -33,7 +33,7 @@ class SectionLook(NamedTuple):
     @property
     def command(self) -> tuple[str, ...]:
         """Start a process that draws sections of this look."""
-        return (sys.executable, "-m", "lensbench.app.panels.lens_browser.section", *map(str, self.size),
+        return (sys.executable, "-m", "lensbench.app.panels.section_pictures", *map(str, self.size),
                 "dark" if self.dark else "light", repr(self.pixel))
 
 
@@ -80,7 +80,7 @@ def section_picture(lens: lb.Lens, look: SectionLook) -> Pixels:
 
 
 def _codes(colour: theme.Colour) -> tuple[int, ...]:
-    return tuple(round(255.0 * part) for part in colour)
+    return tuple(round(255.0 * channel) for channel in colour)
 
 
 def main() -> None:

@@ -1,1 +1,0 @@
-"""The lens browser: search, filters, and the grid of thumbnails."""
