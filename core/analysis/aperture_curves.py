@@ -140,9 +140,7 @@ def focus_shift(lens: Lens, film_distance: float, conditions: Conditions, f_numb
 
 
 def _round_beam(beams: list[RadialBeam], shares: np.ndarray) -> _Beam:
-    """Of a round pupil: mean offset × slope, mean slope², and the white OTF (1, K) at K film positions; both axes are
-    equal.
-    """
+    """Of a round pupil: mean offset × slope, mean slope², and the white OTF (1, K) at K film positions."""
     product, square = shares @ np.array([beam.moments() for beam in beams])
     return product, square, lambda frequency, places: shares @ np.stack(
         [beam.through_focus(frequency, places)[None] for beam in beams], 1)

@@ -121,9 +121,7 @@ def open_pupil(lens: Lens, film_distance: float, film_xy: ArrayLike) -> np.ndarr
 
 
 def _simplified(outline: np.ndarray) -> np.ndarray:
-    """A closed outline (m, 3) without the points between others on a line, to FLAT of its size: Ramer, Douglas and
-    Peucker.
-    """
+    """A closed outline (m, 3) without points on a line, to FLAT of its size: Ramer, Douglas and Peucker."""
     closed = np.concatenate([outline, outline[:1]])[:, :2]
     tolerance = FLAT * float(np.ptp(closed, axis=0).max())
     far = int(np.argmax(((closed - closed[0]) ** 2).sum(1)))
@@ -142,9 +140,7 @@ def _simplified(outline: np.ndarray) -> np.ndarray:
 
 
 def _with_corners(outline: np.ndarray) -> np.ndarray:
-    """A closed outline (m, 2) whose corners between long edges are whole: its points at given azimuths cut each corner
-    off.
-    """
+    """A closed outline (m, 2) whose corners between long edges are whole: its points at given azimuths cut them off."""
     edges, before = np.roll(outline, -1, 0) - outline, outline - np.roll(outline, 1, 0)
     outline = outline[np.abs(_cross(before, edges)) > STRAIGHT * np.hypot(*edges.T) * np.hypot(*before.T)]
     edges = np.roll(outline, -1, 0) - outline

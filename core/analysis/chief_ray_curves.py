@@ -293,9 +293,7 @@ def field_curves(lens: Lens, film_distance: float, conditions: Conditions, point
 
 def _ideal(lens: Lens, film_distance: float, conditions: Conditions, angles: np.ndarray,
            sources: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(n,) ideal heights: of the paraxial chief ray on this film, f tan θ at the rear focus, and in proportion to the
-    angle.
-    """
+    """(n,) heights of the paraxial chief ray on this film: f tan θ at the rear focus; and in proportion to θ."""
     fo, distance = first_order(lens, conditions.primary_wavelength), conditions.object_distance
     pupil, scale = fo.entrance_pupil.z, ideal_scale(lens, film_distance, conditions.primary_wavelength)
     if math.isinf(distance):

@@ -297,9 +297,7 @@ class ModelErrors:
         return Rung(model, degree, worst_px, worst_stops, said)
 
     def _stretched(self, shift: np.ndarray) -> np.ndarray:
-        """(depths, fields) log2 of image area, lens over model, from the shift of the middles (mm) along and around the
-        radius.
-        """
+        """(depths, fields) log2 of image area, lens over model, from the shift of the middles (mm) along and around."""
         r = self._radii
         along = np.gradient(shift, r, axis=1, edge_order=2)
         around = np.concatenate([along[:, :1], shift[:, 1:] / r[1:]], 1)

@@ -163,9 +163,7 @@ def _pattern(pupil: np.ndarray, rays: RayGrid, f: int, line: float, centre: np.n
 
 
 def _zoom(rows: np.ndarray, beta: float, samples: int) -> np.ndarray:
-    """Σ_n rows[:, n] exp(2πi β m n) for M samples m about 0, but for a phase that depends on m alone: Bluestein's
-    algorithm.
-    """
+    """Σ_n rows[:, n] exp(2πi β m n) for M samples m about 0, but for a phase of m alone: Bluestein's algorithm."""
     count = rows.shape[-1]
     chirp, turn, length = _chirp(count, samples, beta)
     return np.fft.ifft(np.fft.fft(rows * turn, length) * chirp)[:, :samples]

@@ -291,9 +291,7 @@ def pupil_by_height(beams: FieldBeams, axis: int, heights: np.ndarray) -> np.nda
 
 
 def _rising(values: np.ndarray) -> slice:
-    """The part about the middle of an odd number of heights (n,) in which they only rise, or only fall: beyond, rays
-    cross.
-    """
+    """The part about the middle of an odd number of heights (n,) in which they only rise, or only fall."""
     steps, middle = np.diff(values), len(values) // 2
     same = steps[middle] * steps > 0.0
     low = middle - int(np.argmin(np.append(same[:middle][::-1], False)))

@@ -18,9 +18,7 @@ WINDOW_Z, RATIO, GAIN = range(3)
 
 @stage
 def port(lanes, p, ints, key):
-    """Refract the ray at the window by Snell's law; WEIGHT 0 for one along it or backwards. Camera frame. p: WINDOW_Z
-    ….
-    """
+    """Refract the ray at the window by Snell's law; WEIGHT 0 for one along it or backwards. p: WINDOW_Z …."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n, weight = row[X], row[Y], row[Z], row[L], row[M], row[N], row[WEIGHT]
@@ -45,9 +43,7 @@ def port_step(z: float, index: float, gain: float) -> Step:
 
 @dataclass(frozen=True)
 class FlatPort:
-    """A window `window` mm from where distances begin, and the index beyond, 1 without one: distances through it,
-    paraxially.
-    """
+    """A window `window` mm from where distances begin, and the index beyond, 1 without one; paraxially."""
 
     window: float = 0.0
     index: float = 1.0

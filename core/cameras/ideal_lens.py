@@ -48,9 +48,7 @@ class Gaussian(NamedTuple):
 
     @property
     def cone(self) -> float:
-        """Pupil area over its squared distance from the film's centre, π tan² of the half angle: of samples, or of a
-        pinhole.
-        """
+        """Pupil area over its squared distance from the film's centre: of samples, or of a pinhole."""
         return (self.iris.area if self.is_hole else self.iris.sampled_area) * self.approach_pupil**2
 
     @property
@@ -94,9 +92,7 @@ def unit_direction_change(change: np.ndarray, directions: np.ndarray, size: np.n
 
 
 def thin(z: float, radius: float, behind: float, focus: float, iris: Iris = ROUND) -> Gaussian:
-    """Thin lens at z, a pinhole for radius 0; behind: to the (imagined) film, focus: to the plane in focus, also inf;
-    mm.
-    """
+    """Thin lens at z, a pinhole for radius 0; behind: to the film, focus: to the plane in focus, also inf; mm."""
     return Gaussian(z, 0.0, radius, -1.0 / behind, -radius / focus, -1.0 / behind, radius / behind, iris)
 
 

@@ -17,9 +17,7 @@ from lensbench.core.text import significant
 
 
 def ideal_lens(lens: Lens, film_distance: float, focus_distance: float, model: str) -> Gaussian:
-    """First-order map of a lens by the model "thick", "thin" or "pinhole" (mm); CameraError for a pupil it cannot
-    place.
-    """
+    """First-order map (mm) by the model "thick", "thin" or "pinhole"; CameraError for a pupil without a place."""
     fo = first_order(lens, D_LINE)
     if model == "thick":
         if abs(fo.exit_pupil.z - lens.length - film_distance) <= 1e-9 * film_distance:

@@ -149,9 +149,7 @@ def _by_differences(camera: CameraStages, inputs: dict[int, np.ndarray], dtype: 
 
 
 def _widths(camera: CameraStages, dtype: DTypeLike) -> tuple[float, ...]:
-    """Steps of the differences in pixels, smaller ones for blocked neighbours: errors are h² and the rounding error /
-    h.
-    """
+    """Steps of the differences in pixels, smaller for blocked neighbours: errors are h² and rounding error / h."""
     wide = (1e-4 if np.dtype(dtype) == np.float64 else 1e-2) * max(camera.film.pixels_x, camera.film.pixels_y)
     return wide, wide / 16, wide / 256
 

@@ -76,9 +76,7 @@ class Goal:
 
 
 def held_lengths(lens: Lens, object_distance: float, wavelength: float, hold_back_focus: bool) -> tuple[float, ...]:
-    """The f-number, the focal lengths of sections with power (mm) and, if asked, the back focus (mm) of a lens at a
-    position.
-    """
+    """f-number, focal lengths of sections with power (mm) and, if asked, back focus (mm) at a position."""
     sections = [first_order(section, wavelength) for section in reversed(lens.sections)]
     lengths = [sections[0].f_number, *(fo.efl for fo in sections if isfinite(fo.efl))]
     return tuple([*lengths, image_distance(lens, object_distance, wavelength)] if hold_back_focus else lengths)

@@ -59,9 +59,7 @@ def _of_two(q, k, b, c, n, real):
 
 @stage
 def polynomial(lanes, p, ints, key):
-    """Replace the ray at the film by the ray in front of the lens. p: DISTANCE_SHARE …, ints: DIRECTION_DEGREE,
-    POSITION_DEGREE.
-    """
+    """Replace the ray at the film by that in front of the lens. p: DISTANCE_SHARE …, ints: DIRECTION_DEGREE …."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, l, m, n_ = row[X], row[Y], row[Z], row[L], row[M], row[N]
@@ -127,9 +125,7 @@ DRIFT_POINTS = 17           # film points at which the drift of the regions' cen
 
 @dataclass(frozen=True, eq=False)
 class Polynomial:
-    """Fitted lens: degree in film point and aim, parameters of the stage, and its rms and worst error in mm on the
-    film.
-    """
+    """Fitted lens: degree in film point and aim, numbers of the stage, rms and worst error in mm on the film."""
 
     degree: int
     numbers: np.ndarray
@@ -311,9 +307,7 @@ def _errors(film, lines, v, radius, directions, positions, nearness, first):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _holds(film, radius, v, directions, positions, nearness):
-    """Whether the fitted directions are unit vectors but for OFF, which the stage normalises; arguments as for
-    `_errors`.
-    """
+    """Whether the fitted directions are unit vectors to OFF, which the stage normalises; see `_errors`."""
     for r in range(film.size):
         u, vx, vy = film[r] / radius, v[0, r], v[1, r]
         dx = directions[0, r] * u + directions[1, r] * vx - nearness * (positions[0, r] * u + positions[1, r] * vx)
@@ -325,8 +319,6 @@ def _holds(film, radius, v, directions, positions, nearness):
 
 
 def _film_scale(lens: Lens, fo: FirstOrder, nearness: float, centre: float) -> float:
-    """Size of the paraxial image: mm of film per radian of an object seen from the centre; nearness: 1 / its distance
-    (1/mm).
-    """
+    """Paraxial image: mm of film per radian of an object seen from the centre; nearness: 1 / its distance (1/mm)."""
     efl = lens.front_index * fo.efl
     return abs(efl / (1.0 + nearness * (fo.front_principal - centre - efl)))

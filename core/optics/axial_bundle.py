@@ -31,9 +31,7 @@ _HALVINGS = 46                  # of such a step, to the rounding error of the h
 
 @lru_cache
 def zone_rule() -> tuple[np.ndarray, np.ndarray]:
-    """Heights over the marginal height, and weights of sum 1, of Gauss's rule over the pupil's area; the outermost ray
-    last.
-    """
+    """Heights over the marginal one, the outermost last, and weights of sum 1: Gauss's rule over the pupil's area."""
     nodes, weights = gauss_rule(ZONES)
     return np.append(np.sqrt(nodes), WITHIN_THE_RIM), np.append(weights, 0.0)
 

@@ -277,9 +277,7 @@ def _imager(lens: Lens, method: str) -> Callable[[float], float]:
 
 
 def _axial_ray(lens: Lens) -> Callable[[float], tuple[float, float, float]]:
-    """Function from nearness (1/mm) to height and slope behind a lens, and height at its stop, of the ray 1 mm high in
-    front.
-    """
+    """Function from nearness (1/mm) to height and slope behind a lens, and height at its stop, of a ray 1 mm high."""
     (a, b, c, d), (a_stop, b_stop, _, _) = (ray_matrix(lens, 0, end) for end in (len(lens.surfaces), lens.stop_index))
     n = lens.front_index
 

@@ -263,9 +263,7 @@ class Iris:
         return [] if self.image is None else [self.image.sample_step]
 
     def blocking(self, radius: float) -> list[Step]:
-        """The step that blocks rays at the blades of a stop of this radius (mm), or weighs them by its picture; none if
-        round.
-        """
+        """Step of blades, or of the picture, in a stop of this radius (mm); none if round."""
         if self.image is not None:
             return [self.image.step(radius)]
         if self.is_round:

@@ -98,9 +98,7 @@ def _placement(pose: FilmPose, lowest: float) -> Placement:
 
 
 def _cut(centres: np.ndarray, rims: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Centres and outlines of the nodes of a quadrant, from a grid twice as fine; dark ones take their neighbours'
-    outline.
-    """
+    """Centres and outlines of the nodes of a quadrant, from a grid twice as fine; dark nodes take a neighbour's."""
     middles, outline = centres[::2, ::2].copy(), rims[::2, ::2].copy()
     _adopt_neighbours(centres, rims, np.asarray(~outline.any((2, 3))), middles, outline)
     growth = _growth(centres, rims, middles, _corners(outline))
@@ -149,9 +147,7 @@ def _hull(points: np.ndarray) -> np.ndarray:
 
 @cache
 def _hull_directions() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of POINTS even directions and four times as many normals: 1 / cosine between them, or 0, and both (POINTS, 2),
-    (2, …).
-    """
+    """Of POINTS even directions and four times as many normals: 1 / cosine between them, or 0, and both."""
     turn = 2.0 * math.pi * np.arange(POINTS) / POINTS
     normals = 2.0 * math.pi * np.arange(4 * POINTS) / (4 * POINTS)
     facing = np.cos(turn[:, None] - normals)

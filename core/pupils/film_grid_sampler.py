@@ -357,9 +357,7 @@ class SpectralPupilGrid:
         return len({grid.nodes.crowding for grid in self._solved}) == 1
 
     def at(self, wavelength: float) -> PupilGrid:
-        """Grid at a wavelength (µm), solved by itself outside the range of pictures and where only some wavelengths
-        have light.
-        """
+        """Grid at a wavelength (µm), solved by itself outside the range of pictures and where some have no light."""
         if wavelength == D_LINE:
             return self._at_d_line
         if not FIRST <= wavelength <= LAST or not self._can_interpolate:

@@ -151,9 +151,7 @@ def _joined(*boxes: np.ndarray) -> np.ndarray:
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _search_boxes(centres, rims, neighbours):
-    """Boxes (n, 3), low and high x and high y, in which light can lie near the rims of a radius and its neighbours, or
-    NaN.
-    """
+    """Boxes (n, 3), low and high x and high y, where light can lie near the rims of a radius and its neighbours."""
     n = centres.size
     boxes = np.full((n, 3), math.nan)
     for k in range(n):
@@ -188,9 +186,7 @@ def _boxes_on_meridian(lens: Lens, film_distance: float, radii: np.ndarray, by: 
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _contradictions(x, y, lit, centres, rims):
-    """Number (n,) of points x (n, columns), y (n, rows) whose light (n, rows, columns) contradicts the rims by MARGIN
-    chords.
-    """
+    """Number (n,) of points x (n, columns), y (n, rows) whose light contradicts the rims by MARGIN chords."""
     n, m = rims.shape[:2]
     counts = np.zeros(n, np.int64)
     for k in range(n):

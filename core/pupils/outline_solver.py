@@ -175,9 +175,7 @@ class Aim:
         return centres
 
     def _newton(self, film: np.ndarray, start: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Rear points near the stop's centre by Newton's method, their distance from it (stop radii), and the stop's
-        images.
-        """
+        """Rear points near the stop's centre by Newton's method, their distance from it (stop radii), its images."""
         aims, advance = start.copy(), np.zeros_like(start)
         off, image = np.full(len(film), np.inf), np.full((len(film), 2, 2), np.nan)
         left = np.arange(len(film))
@@ -249,9 +247,7 @@ def edge_of_light(aim: Aim, directions: np.ndarray, furthest: float,
 
     # The least clearance is 1 at the end of the light: false position, Illinois form
     def level(multiple: np.ndarray, near: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
-        """Least clearance − 1 for film points at these multiples, and the stop's centres (n, 2), from `near` where
-        known.
-        """
+        """Least clearance − 1 of film points at these multiples, and the stop's centres, from `near` if known."""
         film = placed(multiple[:, None] * directions[which])
         centre, window = (aim.stop_centres(film, aim.paraxial_centres(film)) if near is None else
                           aim.stop_centres_near(film, near))

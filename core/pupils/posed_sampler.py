@@ -101,9 +101,7 @@ class PosedPupil:
         return size, np.round((outlines / size + 1.0) * (0.5 * CELLS))
 
     def sampled_area(self, film_xy: np.ndarray, rear_xy: np.ndarray) -> np.ndarray:
-        """Area (n,) in mm² over which samples are spread, at rear points (n, 2), for film points (n, 2): see
-        `PupilTable`.
-        """
+        """Area (n,) in mm² over which samples are spread, at rear points, for film points (n, 2): see `PupilTable`."""
         points = self.pose.points(film_xy)
         r = np.hypot(points[:, 0], points[:, 1])
         spacing = self.places[1] - self.places[0]
@@ -158,9 +156,7 @@ def aim_from_posed_film(lanes, p, ints, key):
 
 @stage(inlined=True)
 def _place_film_point(lanes, p):
-    """X, Y, Z: the film point. LOWER: the slice before it, PART: its share of the way to the next. TURN: the sector.
-    Sums: 0.
-    """
+    """X, Y, Z: the film point. LOWER: the slice before it, PART: share of the way to the next. TURN: the sector."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, u, weight = row[X], row[Y], row[Z], row[U0], row[WEIGHT]
@@ -182,9 +178,7 @@ def _place_film_point(lanes, p):
 
 @stage(inlined=True)
 def _add_slice(lanes, p, ints, side):
-    """Add the slice before the film point (side 0) or behind it (1) to corners, MIDDLE and WEIGHT by its share, 0 if
-    dark.
-    """
+    """Add the slice before the film point (side 0) or behind it (1) to corners, MIDDLE and WEIGHT by its share."""
     real = lanes.dtype.type
     row = rows(lanes)
     x, y, z, weight, slice_share, lower = row[X], row[Y], row[Z], row[WEIGHT], row[PART], row[LOWER]

@@ -127,9 +127,7 @@ class PupilTable:
 
     @property
     def coarseness(self) -> float:
-        """Largest error along the meridian of regions between two rings, in their half widths, up to NEARLY of the
-        light's end.
-        """
+        """Largest meridional error of regions between two rings, in half widths, up to NEARLY of the light's end."""
         return _coarseness(_ring_radii(self.radius, self.end), self.dark_beyond, self.offsets, self.outline)
 
     @property

@@ -142,9 +142,7 @@ def find_interior_points(radii: np.ndarray, distance: float, low: np.ndarray, hi
 
 def _found_elsewhere(radius: float, distance: float, low: float, high: float,
                      tracer: ClearanceTracer) -> tuple[float, float]:
-    """Centre and clearance for one film radius, about every local minimum of a finer scan: images of the stop may fold
-    over.
-    """
+    """Centre and clearance for one film radius, about every local minimum of a finer scan, for images may fold over."""
     zero, width = np.zeros(FINE), (high - low) / FINE
     px, out = low + width * (np.arange(FINE) + 0.5), np.empty(FINE)
     clearances(np.full(FINE, radius), zero, zero, px, zero, distance, out, tracer, ROUGH)
@@ -176,9 +174,7 @@ def _centroids(centre, rough, cosine, sine):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def _directions(moved, rough, turn_x, turn_y, least, cosine, sine, guess):
-    """Write cosine, sine and guess (n, m): points evenly spaced along rough rims, seen from centres `moved` (n,) mm in
-    +x.
-    """
+    """Write cosine, sine, guess (n, m): points evenly along rough rims, seen from centres `moved` (n,) mm in +x."""
     n, m = cosine.shape
     last = turn_x.size - 1
     x, y, along = np.empty(last + 1), np.empty(last + 1), np.zeros(last + 1)
