@@ -38,7 +38,7 @@ test: needs $(VENV)/.installed-test
 test-slow: needs $(VENV)/.installed-test
 	$(BIN)/python -m pytest -m slow -n $(WORKERS) --dist worksteal
 
-# From a copy, so that compiled kernels of this moment never lie beside sources that change
+# From a copy, so that compiled kernels of this moment never lie next to sources that change
 wheel: $(VENV)/.installed
 	rm -rf build/tree && mkdir -p build/tree
 	cp -r lensbench core lenses shaders app pyproject.toml setup.py README.md LICENSE build/tree
@@ -76,12 +76,12 @@ mutants: $(VENV)/.installed-test
 
 # Each in an environment of its own; another Python: make PYTHON=python3.14 compat
 compat: needs
-	@for each in lowest newest; do [ -x build/$$each/bin/python ] || $(PYTHON) -m venv build/$$each; done
+	@for versions in lowest newest; do [ -x build/$$versions/bin/python ] || $(PYTHON) -m venv build/$$versions; done
 	$(PYTHON) trials/lowest_versions.py > build/lowest/versions.txt
 	build/lowest/bin/python -m pip install -q -c build/lowest/versions.txt -e '.[test]'
 	build/newest/bin/python -m pip install -q --upgrade --upgrade-strategy eager -e '.[test]'
-	for each in lowest newest; do \
-		build/$$each/bin/python -m pytest -m "not slow" -n $(WORKERS) --dist worksteal || exit 1; done
+	for versions in lowest newest; do \
+		build/$$versions/bin/python -m pytest -m "not slow" -n $(WORKERS) --dist worksteal || exit 1; done
 
 choices: $(VENV)/.installed-test
 	$(BIN)/python -m pytest -s trials/test_choices.py
