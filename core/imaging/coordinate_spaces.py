@@ -14,9 +14,10 @@ raster_from_ndc @ ndc_from_screen @ screen_from_camera. (Shirley and others, Fun
 import math
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike, DTypeLike
 
 from lensbench.core.imaging.film import Film, film_from_raster
 from lensbench.core.kernels.block import Step
@@ -45,7 +46,7 @@ def window_step(film: Film, window: Window) -> Step:
                              (top - bottom) * half / film.pixels_y, top * half])
 
 
-def transform_points(matrix, points) -> np.ndarray:
+def transform_points(matrix: ArrayLike, points: ArrayLike) -> np.ndarray:
     """Points (…, 3) transformed by one 4 × 4 matrix or by (…, 4, 4), divided by their fourth coordinate."""
     m, p = np.asarray(matrix, float), np.asarray(points, float)[..., None]
     q = m[..., :3, :] @ np.concatenate([p, np.ones_like(p[..., :1, :])], -2)
@@ -123,7 +124,7 @@ class Spaces:
     eye: float = 0.0
     world_from_camera: np.ndarray = field(default_factory=lambda: np.eye(4))
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not self.near < self.far or not math.isfinite(self.near):
             raise ValueError(f"near {significant(self.near)} mm and far {significant(self.far)} mm: the near plane "
                              f"must be the nearer")
@@ -210,7 +211,7 @@ class Spaces:
         return self.world_from_camera @ self.camera_from_raster
 
 
-def depth_resolution(depth, near: float, far: float, dtype=np.float32):
+def depth_resolution(depth: ArrayLike, near: float, far: float, dtype: DTypeLike = np.float32) -> Any:
     """Smallest step Δz that a depth buffer resolves in a perspective.
 
     It is one unit in the last place of z = f (1 − n / d) / (f − n), over its slope f n / ((f − n) d²).

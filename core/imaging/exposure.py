@@ -15,6 +15,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.imaging.film import Film
 from lensbench.core.kernels.block import TIME, B, Step, X, Y, rows, stage
@@ -93,7 +94,7 @@ class Exposure:
     time: float
     iso: float = 100.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name, value in (("f-number", self.f_number), ("shutter time", self.time), ("ISO", self.iso)):
             checked_positive(name, value)
 
@@ -176,7 +177,7 @@ def ev100(luminance: float) -> float:
     return math.log2(checked_positive("luminance", luminance) * 100.0 / METER)
 
 
-def metered_stops(image, method: str = "mean") -> float:
+def metered_stops(image: ArrayLike, method: str = "mean") -> float:
     """Stops by which to brighten a picture for a normal exposure.
 
     Args:
@@ -204,7 +205,7 @@ def metered_stops(image, method: str = "mean") -> float:
     return math.log2(GREY) - float(np.log2(luma).mean(dtype=np.float64))
 
 
-def irradiance(image, open_time: float) -> np.ndarray:
+def irradiance(image: ArrayLike, open_time: float) -> np.ndarray:
     """Irradiance E of a picture of physical weights.
 
     Args:
@@ -218,7 +219,7 @@ def irradiance(image, open_time: float) -> np.ndarray:
     return np.asarray(image) * (RADIANCE / checked_positive("open time", open_time))
 
 
-def radiant_exposure(image) -> np.ndarray:
+def radiant_exposure(image: ArrayLike) -> np.ndarray:
     """Radiant exposure H = ∫ E dt of a picture of physical weights.
 
     Args:
@@ -229,7 +230,7 @@ def radiant_exposure(image) -> np.ndarray:
     return np.asarray(image) * RADIANCE
 
 
-def pixel_energy(image, film: Film) -> np.ndarray:
+def pixel_energy(image: ArrayLike, film: Film) -> np.ndarray:
     """Energy ∫∫ H dA that each pixel collects, for a picture of physical weights.
 
     Args:

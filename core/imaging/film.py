@@ -64,7 +64,7 @@ class Film:
     pixels_x: int = 960
     pixels_y: int = 640
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for side, size in (("width", self.width), ("height", self.height)):
             if not (isfinite(size) and size > 0.0):
                 raise FilmError(f"film {side} {significant(size)} mm: it must be a positive number")

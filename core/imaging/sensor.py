@@ -15,6 +15,7 @@ from statistics import NormalDist
 
 import numpy as np
 from numba import uint32
+from numpy.typing import ArrayLike
 
 from lensbench.core.imaging.exposure import PHOTONS, SATURATION, ExposureError, checked_positive
 from lensbench.core.imaging.film import Film
@@ -54,7 +55,7 @@ class Sensor:
     bits: int = 14
     pitch: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         checked_positive("full well", self.full_well)
         checked_positive("base ISO", self.base_iso)
         if self.pitch is not None:
@@ -108,7 +109,7 @@ class Sensor:
         step = self.full_well / (2**self.bits - 1)
         return math.log2(self.full_well / math.hypot(self.read_noise, step / math.sqrt(12.0)))
 
-    def record(self, image, iso: float, lux_seconds: float = 1.0, seed: int = 0, top: int = 0) -> np.ndarray:
+    def record(self, image: ArrayLike, iso: float, lux_seconds: float = 1.0, seed: int = 0, top: int = 0) -> np.ndarray:
         """The recorded picture of a linear one. The noise of a pixel depends on the seed and its place alone.
 
         Args:

@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.kernels.block import TIME, B, L, M, N, Step, X, Y, Z, rows, stage
 from lensbench.core.kernels.cache import njit
@@ -27,7 +28,7 @@ class TransformError(ValueError):
     """A transform that is no valid pose of a camera; the message says why."""
 
 
-def checked_affine(matrix) -> np.ndarray:
+def checked_affine(matrix: ArrayLike) -> np.ndarray:
     """The matrix (4, 4) in float64; TransformError if it is not finite and affine, or is singular or mirrored."""
     m = np.array(matrix, float)
     if m.shape != (4, 4) or not np.isfinite(m).all():
@@ -42,7 +43,7 @@ def checked_affine(matrix) -> np.ndarray:
     return m
 
 
-def checked_rigid(matrix) -> np.ndarray:
+def checked_rigid(matrix: ArrayLike) -> np.ndarray:
     """The matrix (4, 4) in float64; TransformError if it is no rigid transform."""
     m = checked_affine(matrix)
     if np.abs(m[:3, :3].T @ m[:3, :3] - np.eye(3)).max() > RIGID:
@@ -81,7 +82,7 @@ def transform_steps(world_from_camera: np.ndarray) -> list[Step]:
     return [Step(transform_rays, np.concatenate([world_from_camera[:3, :3].ravel(), world_from_camera[:3, 3]]))]
 
 
-def look_at(eye, target, up=(0.0, 1.0, 0.0)) -> np.ndarray:
+def look_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 1.0, 0.0)) -> np.ndarray:
     """Pose of a camera that looks at a point.
 
     Args:
@@ -121,7 +122,7 @@ ANIMATED_ROTATION, ROTATION_A, ROTATION_A2, START, SHIFT = 0, 9, 18, 27, 30
 SCALE, GROWTH, TURNS, RATE, BEGIN = range(33, 38)
 
 
-def polar_decomposition(matrix) -> tuple[np.ndarray, np.ndarray]:
+def polar_decomposition(matrix: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Rotation R, the nearest one, and symmetric positive stretch S of a matrix R S (3, 3) of positive determinant.
 
     By Newton's iteration R ← (g R + R⁻ᵀ / g) / 2 with g = (|R⁻¹| / |R|)^½, which always converges (Higham 1986).
@@ -140,7 +141,7 @@ def polar_decomposition(matrix) -> tuple[np.ndarray, np.ndarray]:
     return r, 0.5 * (s + s.T)
 
 
-def quaternion(rotation) -> np.ndarray:
+def quaternion(rotation: np.ndarray) -> np.ndarray:
     """Quaternion (w, x, y, z), w ≥ 0, of a rotation matrix (3, 3); its largest part first, without cancellation."""
     m = np.asarray(rotation, float)
     trace = np.trace(m)
@@ -157,13 +158,13 @@ def quaternion(rotation) -> np.ndarray:
     return -q if q[0] < 0.0 else q
 
 
-def quaternion_product(p, q) -> np.ndarray:
+def quaternion_product(p: np.ndarray, q: np.ndarray) -> np.ndarray:
     """Quaternion of the rotation q followed by p."""
     w, v = p[0] * q[0] - p[1:] @ q[1:], p[0] * q[1:] + q[0] * p[1:] + np.cross(p[1:], q[1:])
     return np.array([w, *v])
 
 
-def rotation_matrix(q) -> np.ndarray:
+def rotation_matrix(q: np.ndarray) -> np.ndarray:
     """Rotation matrices (…, 3, 3) of unit quaternions (…, 4)."""
     w, x, y, z = np.moveaxis(np.asarray(q, float), -1, 0)
     rows_ = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
@@ -172,7 +173,7 @@ def rotation_matrix(q) -> np.ndarray:
     return np.stack([np.stack(row, -1) for row in rows_], -2)
 
 
-def shortest_arc(p, q) -> tuple[np.ndarray, float]:
+def shortest_arc(p: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, float]:
     """Axis and angle in [0, π] of the shortest rotation from p to q, in the frame that p rotates; (0, 0, 0) for equal
     ones.
     """
@@ -182,7 +183,7 @@ def shortest_arc(p, q) -> tuple[np.ndarray, float]:
     return rotation[1:] / length if length > 0.0 else np.zeros(3), 2.0 * math.atan2(length, rotation[0])
 
 
-def slerp(p, q, fraction) -> np.ndarray:
+def slerp(p: np.ndarray, q: np.ndarray, fraction: ArrayLike) -> np.ndarray:
     """Quaternions (…, 4) at the parts (…) of the shortest arc from p to q, at constant speed: p turned by part of the
     angle.
     """
@@ -211,7 +212,7 @@ class AnimatedTransform:
     start_time: float = 0.0
     end_time: float = 1.0
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for name in ("start", "end"):
             matrix = checked_affine(getattr(self, name)) + 0.0              # −0 is 0
             matrix.setflags(write=False)
@@ -228,11 +229,11 @@ class AnimatedTransform:
     def _value(self) -> tuple[Any, ...]:
         return self.start.tobytes(), self.end.tobytes(), self.start_time, self.end_time
 
-    def __eq__(self, other):
+    def __eq__(self, other: object) -> bool:
         """Whether matrices and times are equal."""
         return self._value == other._value if isinstance(other, AnimatedTransform) else NotImplemented
 
-    def __hash__(self):
+    def __hash__(self) -> int:
         """Hash of matrices and times."""
         return hash(self._value)
 
@@ -254,7 +255,7 @@ class AnimatedTransform:
         """Whether the matrix changes between the times first and last (s)."""
         return not self.is_static and max(first, self.start_time) < min(last, self.end_time)
 
-    def at(self, seconds) -> np.ndarray:
+    def at(self, seconds: ArrayLike) -> np.ndarray:
         """Matrix (4, 4), or (n, 4, 4), at given seconds, world from object (mm); `start` before start_time, `end` after
         end_time.
         """
@@ -281,9 +282,9 @@ class AnimatedTransform:
                                      "one length")
         return both[0], both[1]
 
-    def scale_at(self, seconds) -> np.ndarray:
+    def scale_at(self, seconds: ArrayLike) -> np.ndarray:
         """Uniform scale, a factor or (n,), at given seconds, linear between the keyframes."""
-        return np.interp(seconds, (self.start_time, self.end_time), self.scales)
+        return np.interp(np.asarray(seconds, float), (self.start_time, self.end_time), self.scales)
 
     def steps(self, first: float, last: float) -> list[Step]:
         """Steps that transform rays at their TIME, from the time first (s), at which it is 0, to last (s); none for the

@@ -11,9 +11,10 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, fields, replace
 from itertools import count
-from typing import NamedTuple, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
+from numpy.typing import DTypeLike
 
 from lensbench.core.cameras.base import Camera
 from lensbench.core.imaging.coordinate_spaces import film_window
@@ -59,7 +60,7 @@ class Recorder:
         w = self.camera.film.pixels_x
         return -(-w // strip_count(w))
 
-    def strip(self, left: int, aim: Callable[[float], list[Step]], fill: float, offset, first: int,
+    def strip(self, left: int, aim: Callable[[float], list[Step]], fill: float, offset: Any, first: int,
               number: int, moment: tuple[int, int] = (0, 1)) -> np.ndarray:
         """Mean light and mean weight of a strip: float32 (4, h, width), the weight last.
 
@@ -236,7 +237,8 @@ def needed_margin(camera: Camera, views: tuple[int, int], reach: float) -> tuple
     return across, down
 
 
-def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype=np.float16, moments: int = 1) -> int:
+def light_field_bytes(film: Film, views: tuple[int, int] = (9, 9), dtype: DTypeLike = np.float16,
+                      moments: int = 1) -> int:
     """Size of plain views in memory: three colours and the coverage of every pixel and view.
 
     Args:
@@ -370,7 +372,8 @@ def picture_through(camera: Camera, scene: Scene, place: tuple[float, float], ra
     return np.ascontiguousarray(planes[:3].transpose(1, 2, 0) / max(white, 1e-30))
 
 
-def checked_views(film: Film, views: tuple[int, int], samples: int, dtype, moments: int = 1) -> tuple[int, int]:
+def checked_views(film: Film, views: tuple[int, int], samples: int, dtype: DTypeLike, moments: int = 1
+                  ) -> tuple[int, int]:
     """The numbers of views across and down; LightFieldError for numbers that cannot be recorded."""
     across, down = (int(number) for number in views)
     if across < 1 or down < 1 or (across, down) != tuple(views):

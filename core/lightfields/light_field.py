@@ -31,6 +31,10 @@ FINER = 2               # recorded pixels for one of the picture, across and dow
 CENTRE_PART = 24        # the picture's sides over those of its centre, where coverage is averaged
 
 
+# Views (n, 2) of an aperture, weights (n,), shifts or first places (n, 2), shift across a cell (2,), scale
+_Reading = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, float]
+
+
 class LightFieldError(ValueError):
     """An invalid light field; the message says what to do."""
 
@@ -80,7 +84,7 @@ class LightField:
     wide: "LightField | None" = None
     margined: "LightField | None" = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         require_focus(self.camera)
 
     @cached_property
@@ -129,7 +133,7 @@ class LightField:
         return np.ascontiguousarray(radiance.transpose(1, 2, 0))
 
     def refocus(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0),
-                coarse: bool = False):
+                coarse: bool = False) -> np.ndarray:
         """The picture focused at another distance.
 
         Args:
@@ -156,7 +160,8 @@ class LightField:
         return shift_and_add(self.light, used, begins, scale, weights, step, self.fill,
                              1.0 / self._white(used, weights))
 
-    def recorded(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)):
+    def recorded(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)
+                 ) -> np.ndarray:
         """How much of the light that `refocus` asks for was recorded: by distance the margin is too narrow.
 
         distance, f_number, view: as for `refocus`. float32 (h, w), from 0 to 1: the part of the aperture whose views
@@ -170,12 +175,13 @@ class LightField:
                               for line, own in zip((beside, inside), self.light.shape[3:], strict=True))
         return recorded_share(beside, inside, weights)
 
-    def _reading(self, distance: float, f_number: float | None, view: tuple[float, float]):
+    def _reading(self, distance: float, f_number: float | None, view: tuple[float, float]) -> _Reading:
         """`_shifts_and_weights`, with the place in each view (n, 2) that the picture's first pixel reads."""
         used, weights, shifts, step, scale = self._shifts_and_weights(distance, f_number, view)
         return used, weights, shifts + (1.0 - scale) * (self._middle - 0.5), step, scale
 
-    def slice(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)):
+    def slice(self, distance: float, f_number: float | None = None, view: tuple[float, float] = (0.0, 0.0)
+              ) -> np.ndarray:
         """The picture of `refocus` as a plane slice of the light field's spectrum: slow, an independent check.
 
         distance, f_number, view: as for `refocus`. float32 (h, w, 3), linear RGB, relative weights. Each frequency is
@@ -195,7 +201,7 @@ class LightField:
         picture = picture if scale == 1.0 else rescaled(picture, scale, self._middle)
         return np.ascontiguousarray(picture.transpose(1, 2, 0))
 
-    def _shifts_and_weights(self, distance: float, f_number: float | None, view: tuple[float, float]):
+    def _shifts_and_weights(self, distance: float, f_number: float | None, view: tuple[float, float]) -> _Reading:
         """Views (n, 2) of an aperture, weights (n,), shifts (n, 2), the shift across a cell (2,), pixels, and k."""
         shares = self.shares(f_number, view)
         scale, shear = self.shear(max(distance, self.nearest))

@@ -17,7 +17,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -102,7 +102,7 @@ class Lumigraph:
         scale = self.distance / self.camera.film_distance
         return np.array([across * scale, down * scale, middle / across, low / down])
 
-    def seen_by(self, camera: Camera, surface="recorded") -> NovelView:
+    def seen_by(self, camera: Camera, surface: Any = "recorded") -> NovelView:
         """Picture that a camera at any position sees through the middle of its pupil (Gortler and others 1996).
 
         A ray is covered where it crosses the array, points to what the array's pinholes saw, and its light was free
@@ -208,7 +208,7 @@ class Lumigraph:
         """Pixels of a pinhole's picture across and down."""
         return self.texels.shape[3], self.texels.shape[2]
 
-    def _surface(self, surface) -> tuple[Surface, Pinholes]:
+    def _surface(self, surface: Any) -> tuple[Surface, Pinholes]:
         """The surface of the scene, and the pinholes whose pixels describe it; see `seen_by`."""
         if isinstance(surface, str):
             if surface != "recorded":
@@ -260,7 +260,7 @@ def lumigraph_pinhole(camera: Camera) -> PerspectiveCamera:
                              readout_direction=camera.readout_direction, medium=camera.medium)
 
 
-def array_camera(middle: PerspectiveCamera, place, distance: float, aside=(0.0, 0.0)) -> PerspectiveCamera:
+def array_camera(middle: PerspectiveCamera, place: Any, distance: float, aside: Any = (0.0, 0.0)) -> PerspectiveCamera:
     """A pinhole of an array, its window shifted so that all pinholes see the same window of the plane (s, t).
 
     Args:

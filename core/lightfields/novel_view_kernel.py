@@ -6,7 +6,7 @@ half floats: three colours and 1 / depth.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,7 +38,8 @@ class Pinholes(NamedTuple):
     offsets: np.ndarray         # (n, 2) of each pixel grid, to the right and down, pixels
 
     @classmethod
-    def of(cls, first, spacing: float, raster, distance: float, offsets: np.ndarray, pixels) -> "Pinholes":
+    def of(cls, first: Any, spacing: float, raster: np.ndarray, distance: float, offsets: np.ndarray,
+           pixels: tuple[int, int]) -> "Pinholes":
         """From raster (4,): mm per pixel of the plane (s, t), across and down, and where the axis meets it, pixels."""
         down, across = offsets.shape[:2]
         geometry = np.array([*first, spacing, *(1.0 / raster[:2]), *raster[2:], distance])

@@ -53,7 +53,7 @@ class PlenopticCamera:
     pixels: int = 9
     f_number: float | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         film = self.camera.film
         if int(self.pixels) != self.pixels or self.pixels < 1:
             raise LightFieldError(f"{significant(self.pixels)} pixels behind a microlens: it must be a whole number "

@@ -21,8 +21,8 @@ BAND = 32               # rows that a thread takes at a time
 CACHE_LINE = 64         # bytes
 
 
-def shift_and_add(light: np.ndarray, used: np.ndarray, starts: np.ndarray, scale: float, weights: np.ndarray, step,
-                  fill: float = 1.0, gain: float = 1.0) -> np.ndarray:
+def shift_and_add(light: np.ndarray, used: np.ndarray, starts: np.ndarray, scale: float, weights: np.ndarray,
+                  step: np.ndarray, fill: float = 1.0, gain: float = 1.0) -> np.ndarray:
     """Sum of shifted views: float32 (h, w, 3), gain · Σ weight · view(start + scale · pixel), of filled pixels.
 
     light: (views down, views across, 3, h, w), float32, or half floats that are never negative; used: (n, 2) row and
@@ -206,7 +206,7 @@ def _sharpen(sums, across, down, gain, out, first, last):
             out[y, i, 0], out[y, i, 1], out[y, i, 2] = made[0, i], made[1, i], made[2, i]
 
 
-def rescaled(picture: np.ndarray, scale: float, middle) -> np.ndarray:
+def rescaled(picture: np.ndarray, scale: float, middle: np.ndarray) -> np.ndarray:
     """The picture (3, h, w) whose pixel x is at scale · (x − middle) + middle of another, by Lanczos's kernel; middle:
     (2,).
     """

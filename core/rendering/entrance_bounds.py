@@ -7,7 +7,7 @@ came nearest to passing. Camera frame, mm.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -152,7 +152,8 @@ def _widen(point, radius, front, frame, box, rim_a, rim_b, lanes, code, key):
     box[0], box[1], box[2], box[3] = u0, v0, hu, hv
 
 
-def entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.ndarray, real=np.float32) -> EntranceBounds:
+def entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.ndarray, real: Any = np.float32
+                    ) -> EntranceBounds:
     """The rectangles for light from spheres of these radii (n,) about points (n, 3); camera frame, mm."""
     n = len(points)
     towards, _ = _directions(landing, points)
@@ -177,7 +178,7 @@ def entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.ndarray,
                           towards, passing, start + np.einsum("ni,nij->nj", best, frames))
 
 
-def shared_entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.ndarray, real=np.float32
+def shared_entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.ndarray, real: Any = np.float32
                            ) -> EntranceBounds:
     """`entrance_bounds`, but points in nearly the same direction share a rectangle that is wide enough for all."""
     if landing.radius == 0.0 or len(points) < 2:
@@ -212,7 +213,7 @@ def shared_entrance_bounds(landing: FilmLanding, points: np.ndarray, radii: np.n
     return bounds
 
 
-def is_boundable(landing: FilmLanding, points: np.ndarray, radii) -> np.ndarray:
+def is_boundable(landing: FilmLanding, points: np.ndarray, radii: np.ndarray | float) -> np.ndarray:
     """Whether spheres about points (…, 3) have entrance bounds: they lie before the lens, and not near it."""
     towards = points - landing.front
     distance = np.sqrt((towards**2).sum(-1))

@@ -19,7 +19,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 from itertools import count
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -225,7 +225,7 @@ class GhostImage:
             grids: list[list[np.ndarray]] = [[]] * len(tasks)
             turns = count()
 
-            def trace(_: int, tasks=tasks, grids=grids, turns=turns) -> bool:
+            def trace(_: int, tasks: Any = tasks, grids: Any = grids, turns: Any = turns) -> bool:
                 lanes = lane_buffer(tracers[0].real)
                 while (k := next(turns)) < len(tasks):
                     if not wanted():
@@ -235,7 +235,7 @@ class GhostImage:
 
             bands = count(0, LINES)
 
-            def gather(_: int, tasks=tasks, grids=grids, bands=bands) -> bool:
+            def gather(_: int, tasks: Any = tasks, grids: Any = grids, bands: Any = bands) -> bool:
                 while (top := next(bands)) < self._down:
                     bottom = min(top + LINES, self._down)
                     edges = np.zeros((bottom - top, self._across + 1, 3))

@@ -21,7 +21,7 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Executor
 from contextlib import suppress
 from itertools import count, islice, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -173,7 +173,7 @@ class LightImage:
         while listed := list(islice(tasks, LISTS)):
             turns = count()
 
-            def trace(_: int, listed=listed, turns=turns) -> bool:
+            def trace(_: int, listed: Any = listed, turns: Any = turns) -> bool:
                 lanes = lane_buffer(self._real)
                 while (k := next(turns)) < len(listed):
                     if not wanted():
@@ -181,7 +181,7 @@ class LightImage:
                     counts[k] = self._list_rays(lists[k], lanes, listed[k])
                 return True
 
-            def gather(i: int, listed=listed) -> bool:
+            def gather(i: int, listed: Any = listed) -> bool:
                 top, bottom = self._down * i // threads, self._down * (i + 1) // threads
                 for k, task in enumerate(listed):
                     if not wanted():
@@ -275,7 +275,7 @@ class LightImage:
             program = Program(self._steps_to_light(kind, True, parameters.ravel()), self._real)
             which, turns = np.nonzero(kinds == kind)[0], count(0, CHECKED)
 
-            def check(_: int, program=program, which=which, turns=turns) -> None:
+            def check(_: int, program: Program = program, which: Any = which, turns: Any = turns) -> None:
                 lanes = lane_buffer(self._real)
                 while (first := next(turns)) < len(which):
                     _count_hidden(hidden, which[first:first + CHECKED], lanes, program.code,

@@ -81,7 +81,7 @@ class LightLayer(NamedTuple):
         rays = np.concatenate([np.empty((LIST_SIZE, 0), np.float32), *(listed for _, listed in kept)], 1)
         centres = np.array([light.centre for light in lights]).reshape(-1, 3)
         if lights:
-            centres = transform_points(camera.world_from_camera, centres)
+            centres = transform_points(np.asarray(camera.world_from_camera), centres)
         return cls(camera, rays, parts, centres, np.array([light.disc[:2] for light in lights]).reshape(-1, 2),
                    np.array([light.image for light in lights], np.float32).reshape(-1, 2, 2),
                    np.array([light.points for light in lights], np.float32).reshape(-1, POINTS, 5),

@@ -15,6 +15,7 @@ of the light.
 import math
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.kernels.block import (
     A0, A1, A2, A3, A4, A5, A6, A7, A8, A9, A10, ALIVE, BLUE, EMITS, GREEN, H0, H1, H2, H3, H4, H5, LOST, PIXEL, RED,
@@ -50,8 +51,9 @@ NEWTON_STEPS = 4        # from the b of the light's middle
 LARGEST_OFFSET = 1.0 - 1e-6     # b over the ball's radius, at the most
 
 
-def light_parameters(marks, middles, half_axes, towards, centres, rights, ups, disks, shares, mirrors, balls
-                     ) -> np.ndarray:
+def light_parameters(marks: ArrayLike, middles: np.ndarray, half_axes: np.ndarray, towards: np.ndarray,
+                     centres: np.ndarray, rights: np.ndarray, ups: np.ndarray, disks: np.ndarray, shares: np.ndarray,
+                     mirrors: ArrayLike, balls: np.ndarray) -> np.ndarray:
     """Parameters (n, LIGHT_SIZE) of n lights for the stages below; camera frame, mm.
 
     marks (n,): MARK of the objects that shine; middles (n, 3), half_axes (n, 2, 3), towards (n, 3): of the

@@ -6,7 +6,7 @@ mm.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -103,7 +103,7 @@ class LightSelection(NamedTuple):
     mirrored: tuple[SmallLight, ...]    # lights whose specular paths are all selected wherever any light's is
 
 
-def select_lights(camera: Camera, scene: Scene, real) -> LightSelection:
+def select_lights(camera: Camera, scene: Scene, real: Any) -> LightSelection:
     """The small lights that a camera's rays would meet too seldom; none where anything moves."""
     pose = camera.world_from_camera
     if isinstance(pose, AnimatedTransform) or scene.moves or camera.has_port:
@@ -131,7 +131,12 @@ def select_lights(camera: Camera, scene: Scene, real) -> LightSelection:
     return LightSelection(lights, tuple(light for light, sure in zip(small, decided, strict=True) if sure))
 
 
-def _paths(landing: FilmLanding, mirrors: list[SpecularObject], centres: np.ndarray, radii: np.ndarray, real):
+# Decided lights (n,); of each path its light, its specular object or −1, and its bounds
+_Paths = tuple[np.ndarray, np.ndarray, np.ndarray, EntranceBounds]
+
+
+def _paths(landing: FilmLanding, mirrors: list[SpecularObject], centres: np.ndarray, radii: np.ndarray,
+           real: Any) -> _Paths:
     """Paths on which the lens may see lights (n,): decided lights; light and specular object or −1, bounds, per path.
 
     A specular object near or beside the lens is left out. A light that is undecided for any specular object has its
@@ -167,7 +172,8 @@ def _paths(landing: FilmLanding, mirrors: list[SpecularObject], centres: np.ndar
 
 
 def _candidates(scene: Scene, landing: FilmLanding, small: list[SmallLight], mirrors: list[SpecularObject],
-                lights: tuple[np.ndarray, np.ndarray, list[np.ndarray]], paths) -> _Candidates:
+                lights: tuple[np.ndarray, np.ndarray, list[np.ndarray]],
+                paths: tuple[np.ndarray, np.ndarray, EntranceBounds]) -> _Candidates:
     """The lights on their paths. lights: centres, radii and half-axes; paths: as of `_paths`."""
     centres, radii, axes = lights
     which, by, bounds = paths

@@ -1,14 +1,16 @@
 """Progressive pictures: samples on the film, light traced to it, and ghosts and stars, added pass by pass."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
+from typing import Any
 
 import numpy as np
 
 from lensbench.core.analysis.model_choice import resolved
 from lensbench.core.cameras.base import Camera
 from lensbench.core.cameras.ideal_cameras import AIRY
+from lensbench.core.kernels.block import Step
 from lensbench.core.kernels.sampling import BAND_LINES
 from lensbench.core.optics.finding import Finding, Kind, note
 from lensbench.core.optics.glass import D_LINE
@@ -66,8 +68,9 @@ class Rendering:
         ValueError: For an unknown view.
     """
 
-    def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real=np.float32, steps=None, shadows: bool = True,
-                 view: str = "", light_tracing: bool = True, filtered: bool = True, light_passes: int | None = None,
+    def __init__(self, camera: Camera, scene: Scene, seed: int = 0, real: Any = np.float32,
+                 steps: Sequence[Step] | None = None, shadows: bool = True, view: str = "", light_tracing: bool = True,
+                 filtered: bool = True, light_passes: int | None = None,
                  layer: LightLayer | None = None, flare: Flare | None = None, adaptive: bool = True,
                  in_bands: bool = False):
         camera.check_overrides()

@@ -1,8 +1,9 @@
 """Samples of a picture: the programs that trace them, and the sums over the film to which these add."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from itertools import count
+from typing import Any
 
 import numpy as np
 
@@ -28,8 +29,8 @@ class SamplePrograms:
     arrive, for the AOVs that are means over these.
     """
 
-    def __init__(self, camera: Camera, scene: Scene, seed: np.uint32, real, steps: list[Step] | None, shadows: bool,
-                 view: str, filtered: bool):
+    def __init__(self, camera: Camera, scene: Scene, seed: np.uint32, real: Any, steps: Sequence[Step] | None,
+                 shadows: bool, view: str, filtered: bool):
         film = camera.film
         self._camera, self._scene, self._seed, self._real = camera, scene, seed, real
         self._shadows, self._view = shadows, view

@@ -8,8 +8,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.kernels.block import BLUE, GREEN, RED, TIME, V0, V1, WEIGHT, L, M, N, Step, X, Y, Z
 from lensbench.core.kernels.program import Program
@@ -64,7 +66,7 @@ class Scene:
     subject: tuple[float, float] | None = None
     notes: tuple[str, ...] = field(default=(), compare=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         for family in FAMILIES.values():
             shapes = tuple(getattr(self, family.field))
             for shape in shapes:
@@ -132,7 +134,7 @@ class Scene:
         """
         return list(scene_steps.depth_steps(self, opening))
 
-    def distance(self, origins, directions, time: float = 0.0) -> np.ndarray:
+    def distance(self, origins: ArrayLike, directions: ArrayLike, time: float = 0.0) -> np.ndarray:
         """Distance to the nearest surface, in double precision.
 
         Args:
@@ -148,8 +150,8 @@ class Scene:
                 nearest = np.where((t > 0.0) & (t < nearest), t, nearest)
         return nearest
 
-    def radiance(self, origins, directions=None, times=0.0, samples: int = 16, seed: int = 0,
-                 shadows: bool = True) -> np.ndarray:
+    def radiance(self, origins: Any, directions: ArrayLike | None = None, times: ArrayLike = 0.0, samples: int = 16,
+                 seed: int = 0, shadows: bool = True) -> np.ndarray:
         """Radiance that arrives along rays of one's own, by the stages of pictures in double precision.
 
         Patterns are seen at a point, not averaged over a pixel, and lights of every size are met by the rays.

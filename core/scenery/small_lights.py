@@ -53,7 +53,7 @@ class ExcludedLight(NamedTuple):
                 and all(a is b for a, b in zip(self.later, other.later, strict=True)))
 
 
-def small_lights(objects: tuple[Shape, ...], eye=BLACK) -> list[SmallLight]:
+def small_lights(objects: tuple[Shape, ...], eye: Triple = BLACK) -> list[SmallLight]:
     """Lights that are small as seen from a place in the world (mm)."""
     return [light for light in _all(objects) if light.radius < SMALL * math.dist(light.centre, eye)]
 

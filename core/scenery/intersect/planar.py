@@ -6,6 +6,7 @@ mean of the pattern over the footprint of its pixel; of an image, a reduction.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,8 @@ PLAIN, CHECKER, GRID, STAR, RULER, IMAGE = range(6)
 KINDS = {"checker": CHECKER, "grid": GRID, "star": STAR, "ruler": RULER, "image": IMAGE}
 
 
-def planar_parameters(shapes, emission=None, specular=None) -> Packed:
+def planar_parameters(shapes: Sequence[Any], emission: Sequence[float] | None = None,
+                      specular: Sequence[Any] | None = None) -> Packed:
     """Parameters of the stage `planar`, shape after shape.
 
     emission: value of the row EMITS for each shape; by default 1 where it shines and 0 elsewhere. specular: the same
@@ -54,7 +56,7 @@ def planar_parameters(shapes, emission=None, specular=None) -> Packed:
     return join(*packed)
 
 
-def fields_of(shape, emission: float) -> dict[int, Any]:
+def fields_of(shape: Any, emission: float) -> dict[int, Any]:
     """The numbers of a planar shape without its pattern."""
     centre, a, b, normal = shape.frame
     return {CENTRE: centre, NORMAL: normal, AXIS_U: a / (a @ a), AXIS_V: b / (b @ b), HALF_U: math.sqrt(a @ a),

@@ -17,7 +17,7 @@ from lensbench.core.kernels.block import (
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.scenery.intersect.texture import checker_contrast, footprint_stretch, parity
-from lensbench.core.scenery.objects.surroundings import ImageSky
+from lensbench.core.scenery.objects.surroundings import Floor, ImageSky, Sky, Sun
 from lensbench.core.scenery.values import cross, unit
 
 # AXIS_A, AXIS_B: unit axes along the tiles over the tile's edge (1/mm); SHIFT in tiles; COLOUR: mean of the two
@@ -26,7 +26,7 @@ NORMAL, HEIGHT, AXIS_A, AXIS_B, SHIFT, COLOUR, HALF_DIFFERENCE, OWN_FINISH, PER_
     3, 1, 3, 3, 2, 3, 3, 1, 1)
 
 
-def floor_axes(floor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def floor_axes(floor: Floor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Unit normal, and the two unit axes along the tiles."""
     normal = np.asarray(floor.normal, np.float64)
     normal = normal / math.sqrt(normal @ normal)
@@ -37,7 +37,7 @@ def floor_axes(floor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return normal, c * along + s * across, c * across - s * along
 
 
-def floor_parameters(floor) -> np.ndarray:
+def floor_parameters(floor: Floor) -> np.ndarray:
     """Parameters of the stage `floor`."""
     normal, a, b = floor_axes(floor)
     light, dark = np.array(floor.light), np.array(floor.dark)
@@ -121,12 +121,12 @@ ZENITH, HORIZON, GROUND, UP, SKY = offsets(3, 3, 3, 3)
 DIRECTION, CHORD2, RADIANCE, SUN_DISK = offsets(3, 1, 3)
 
 
-def sky_parameters(sky) -> np.ndarray:
+def sky_parameters(sky: Sky) -> np.ndarray:
     """Radiances and unit up direction of a `Sky`."""
     return pack(SKY, {ZENITH: sky.zenith, HORIZON: sky.horizon, GROUND: sky.ground, UP: unit(sky.up)})
 
 
-def sun_disk_parameters(sun, radius: float) -> np.ndarray:
+def sun_disk_parameters(sun: Sun, radius: float) -> np.ndarray:
     """Direction, squared chord and radiance of a `Sun` shown as a disk of this angular radius (radians)."""
     return pack(SUN_DISK, {DIRECTION: unit(sun.direction), CHORD2: (2.0 * math.sin(radius / 2)) ** 2,
                            RADIANCE: np.asarray(sun.colour) / math.sin(radius) ** 2})
@@ -187,7 +187,7 @@ PLACE, COUNT, ACROSS, DOWN, SKY_INTEGERS = range(5)
 _ATAN = (0.99999933, -0.33329856, 0.19946536, -0.13908534, 0.09642004, -0.05590983, 0.02186123, -0.00405406)
 
 
-def sky_step(sky) -> Step:
+def sky_step(sky: Sky | ImageSky) -> Step:
     """The stage that begins the intersection of rays, below either kind of sky."""
     if isinstance(sky, ImageSky):
         return Step(image_sky, *image_sky_parameters(sky), kept=(sky.image.values,))

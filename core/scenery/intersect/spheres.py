@@ -10,7 +10,7 @@ Intersection with a sphere or a plane is written for one lane, without branches;
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -94,7 +94,7 @@ def inside_edge(real, u, v, disk):
 CENTRE, RADIUS2, RADIUS, COLOUR, EMISSION, OWN_FINISH, SPHERE = offsets(3, 1, 1, 3, 1, 1)
 
 
-def sphere_parameters(spheres, emission=None) -> Packed:
+def sphere_parameters(spheres: Sequence[Any], emission: Sequence[float] | None = None) -> Packed:
     """Parameters of the stage `spheres`: a tree of neighbours as seen from the origin.
 
     emission: value of the row EMITS for each sphere; by default 1 where it shines and 0 elsewhere.

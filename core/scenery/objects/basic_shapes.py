@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,7 +37,7 @@ class Sphere(Moving):
     round = True
     half_axes = (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self, ("radius",))
         pattern = self.material.pattern
         if pattern is not None and pattern.image is None:
@@ -106,7 +106,7 @@ class Planar(Moving):
     family = "planar"
     round = False
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self)
         a, b = np.asarray(self.right), np.asarray(self.up)
         if not (a @ a > 0.0 and b @ b > 0.0):
@@ -147,7 +147,7 @@ class Planar(Moving):
         """Area foreshortened towards a unit direction, mm²."""
         return self.area * abs(float(self.frame.normal @ direction))
 
-    def covers(self, u, v):
+    def covers(self, u: Any, v: Any) -> Any:
         """Whether points of the plane lie on the shape.
 
         Args:
@@ -234,7 +234,7 @@ class Disk(Planar):
     material: Material = Material()
     round = True
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self, ("radius",))
         if not np.any(self.normal):
             raise SceneError("the normal of a disk cannot be zero")

@@ -30,7 +30,7 @@ class Image:
     height: int
     data: bytes
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if max(self.width, self.height) > LARGEST_IMAGE:
             raise SceneError(f"an image of {self.width} × {self.height} texels is too large: reduce it to at most "
                              f"{LARGEST_IMAGE} × {LARGEST_IMAGE}")
@@ -87,7 +87,7 @@ class Pattern:
     line: float = 1.0
     image: Image | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self, ("columns", "rows", "line"))
         if self.kind not in PATTERNS:
             raise SceneError(f"pattern {excerpt(self.kind)}: choose one of {', '.join(PATTERNS)}")
@@ -118,7 +118,7 @@ class Material:
     gloss: float = 1.0
     pattern: Pattern | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self, ("gloss",))
         if self.kind not in MATERIALS:
             raise SceneError(f"material {excerpt(self.kind)}: choose one of {', '.join(MATERIALS)}")

@@ -101,7 +101,7 @@ class Mesh:
             kept_corners = _solid(points.astype(np.float64), kept_corners)
         return cls(points.tobytes(), kept_corners.tobytes(), material, name=name, **extra)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         pattern = self.material.pattern
         if pattern is not None and pattern.image is None:
             raise SceneError("a mesh has no pattern but an image")

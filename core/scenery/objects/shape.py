@@ -163,7 +163,8 @@ def displaced(shape: Moved, seconds: float) -> Moved:
     return replace(shape, centre=triple(np.add(shape.centre, offset)), pivot=pivot)
 
 
-def rest_frame(origins, directions, shape: Shape, time: float) -> tuple[np.ndarray, np.ndarray]:
+def rest_frame(origins: np.ndarray, directions: np.ndarray, shape: Shape, time: float
+               ) -> tuple[np.ndarray, np.ndarray]:
     """Rays (n, 3) of the world at a time (s), in the frame where the shape lies as it does at 0 s."""
     if not shape.moves or time == 0.0:
         return origins, directions

@@ -38,7 +38,7 @@ class Floor:
     offset: tuple[float, float] = (0.0, 0.0)
     image: Image | None = None
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self, ("tile",))
         if not 0.0 <= self.gloss <= 1.0:
             raise SceneError(f"gloss {significant(self.gloss)}: it must lie between 0 and 1")
@@ -64,7 +64,7 @@ class Sun:
     colour: Triple = (2.0, 1.9, 1.7)
     angular_radius: float = math.radians(0.27)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self, ("angular_radius",))
         if not np.any(self.direction):
             raise SceneError("the direction of the sun cannot be zero")
@@ -90,7 +90,7 @@ class Sky:
     ground: Triple = (0.3, 0.28, 0.25)
     up: Triple = (0.0, 1.0, 0.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self)
         if min(*self.zenith, *self.horizon, *self.ground) < 0.0:
             raise SceneError("the colours of a sky cannot be negative")
@@ -116,7 +116,7 @@ class ImageSky:
     brightness: float = 1.0
     up: tuple[float, float, float] = field(default=(0.0, 1.0, 0.0), init=False)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         check(self)
         if self.brightness < 0.0:
             raise SceneError(f"brightness {significant(self.brightness)} of a sky: it cannot be negative")

@@ -5,7 +5,8 @@ a lower gloss spreads them over facets (`rough_clearcoat`).
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -38,8 +39,8 @@ CENTRE, NORMAL, AXIS_U, AXIS_V, COLOUR, PANEL = offsets(3, 3, 3, 3, 3)
 _, RADIUS2, BULB_COLOUR, BULB = offsets(3, 1, 3)
 
 
-def clearcoat_step(sky, picture: ImageSky | None, floor, floor_light, sun, lights: Iterable[Shape], opening: float,
-                   last: bool) -> Step:
+def clearcoat_step(sky: np.ndarray, picture: ImageSky | None, floor: np.ndarray | None, floor_light: np.ndarray,
+                   sun: np.ndarray | None, lights: Iterable[Shape], opening: float, last: bool) -> Step:
     """The stage `clearcoat`.
 
     sky: sky_parameters, unless a picture shows the sky; floor: floor_parameters or None, with floor_light, the
@@ -57,7 +58,7 @@ def clearcoat_step(sky, picture: ImageSky | None, floor, floor_light, sun, light
     return Step(clearcoat, *after(join(fixed, shown, still), moved), kept=kept)
 
 
-def reflected_parameters(spheres, planar) -> Packed:
+def reflected_parameters(spheres: Sequence[Any], planar: Sequence[Any]) -> Packed:
     """Parameters of `sharp_lights`: PANEL numbers for each planar light, then BULB for each sphere.
 
     Integers: the number of planar lights, then for each of them 1 for a disk and 0 for a rectangle.

@@ -25,7 +25,7 @@ LIFT = 2e-5             # offset of a shadow ray from its surface, as a fraction
 CROSSINGS = 16          # surfaces of glass that light passes at the most
 
 
-def mesh_shadow_steps(meshes: tuple[Any, ...], lamp=None) -> tuple[Step, ...]:
+def mesh_shadow_steps(meshes: tuple[Any, ...], lamp: Any = None) -> tuple[Step, ...]:
     """The stages `mesh_shadows` and `glass_shadows` for the meshes that hide light; none for those that shine.
 
     lamp: a mesh that hides its own light, or None.
@@ -129,7 +129,7 @@ SHARES, TRIANGLES, COUNT = range(3)
 
 
 @byte_cache(MOST_KEPT, 8)
-def _tables(mesh) -> tuple[np.ndarray, np.ndarray, float]:
+def _tables(mesh: Any) -> tuple[np.ndarray, np.ndarray, float]:
     """Cumulative shares of the area (n,) and corners (n, CORNER) of the triangles; their area, mm²."""
     a, b, c = (mesh.points[mesh.triangles[:, k]].astype(float) for k in range(3))
     areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
@@ -137,7 +137,7 @@ def _tables(mesh) -> tuple[np.ndarray, np.ndarray, float]:
     return shares, np.hstack([a, b - a, c - a]), float(areas.sum())
 
 
-def mesh_lamp_step(mesh) -> Step:
+def mesh_lamp_step(mesh: Any) -> Step:
     """The stage `mesh_lamp_rays` of a mesh that is a lamp."""
     tables = shares, triangles, area = _tables(mesh)
     return Step(mesh_lamp_rays, [area / math.pi], [address(shares), address(triangles), len(shares)], kept=tables)

@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from lensbench.core.kernels.block import (
     A0, BLUE, DEPTH, GREEN, RED, SB, SG, SR, TB, TG, TR, B, Step, offsets, pack, rows, stage, vector
@@ -46,7 +47,7 @@ class Medium:
     scattering: Triple = (0.0, 0.0, 0.0)
     light: Triple = (0.0, 0.0, 0.0)
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         if not (math.isfinite(self.index) and 1.0 <= self.index <= 3.0):
             raise MediumError(f"index {significant(self.index)} of a medium: it must lie between 1 (air) and 3")
         for name in ("absorption", "scattering", "light"):
@@ -101,7 +102,7 @@ class Medium:
         return np.divide(np.multiply(self.scattering, self.light), self.extinction, out=np.zeros(3),
                          where=self.extinction > 0.0)
 
-    def transmittance(self, distance) -> np.ndarray:
+    def transmittance(self, distance: ArrayLike) -> np.ndarray:
         """Part of the light that the medium transmits.
 
         Args:
@@ -111,7 +112,7 @@ class Medium:
         """
         return np.exp(-np.asarray(distance, float)[..., None] * self.extinction)
 
-    def seen(self, radiance, distance) -> np.ndarray:
+    def seen(self, radiance: ArrayLike, distance: ArrayLike) -> np.ndarray:
         """Radiance as seen through the medium.
 
         Args:
@@ -121,7 +122,7 @@ class Medium:
             ndarray, shape (…, 3). With the airlight of the way.
         """
         passed = self.transmittance(distance)
-        return radiance * passed + self.airlight * (1.0 - passed)
+        return np.asarray(radiance) * passed + self.airlight * (1.0 - passed)
 
     @property
     def steps(self) -> list[Step]:

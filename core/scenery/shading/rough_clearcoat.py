@@ -51,7 +51,7 @@ DARK = 1e8              # of lobe widths²: beyond, a light is black, and single
 STRAIGHT2 = 1e-10       # sin² of incidence: below, the plane of incidence is a matter of rounding
 
 
-def rough_clearcoat_step(sky, lights: Iterable[Shape], opening: float) -> Step:
+def rough_clearcoat_step(sky: np.ndarray, lights: Iterable[Shape], opening: float) -> Step:
     """The stage `rough_clearcoat`. sky: sky_parameters; opening: seconds at TIME 0."""
     lights = list(lights)
     still = np.concatenate([sky, highlight_parameters(o for o in lights if not o.moves)])

@@ -10,7 +10,8 @@ ball touches a surface).
 """
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +32,7 @@ from lensbench.core.scenery.intersect.spheres import (
     CROWD, bounding_sphere, closest_approach, counts_below, inside_edge, plane_point, sphere_tree
 )
 from lensbench.core.scenery.objects.shape import Shape, by_family, displaced
+from lensbench.core.scenery.objects.surroundings import Sun
 from lensbench.core.scenery.shading.bounces import rounded_length
 from lensbench.core.scenery.shading.illumination import (
     POINT, POINT_AREA, POINT_LIGHT, POINT_PLACE, POINT_RADIUS2, met_points
@@ -53,7 +55,7 @@ MIDDLE, HALF_A, HALF_B, FACING, AREA, LAMP_RADIUS2, LAMP = offsets(3, 3, 3, 3, 1
 RECTANGLE_LAMP, DISK_LAMP, SPHERE_LAMP = range(3)
 
 
-def _occluder(shape) -> np.ndarray:
+def _occluder(shape: Any) -> np.ndarray:
     """A sphere or planar shape as `shadow` reads it."""
     glass = shape.material.kind == "glass"
     if shape.family == "sphere":
@@ -63,7 +65,7 @@ def _occluder(shape) -> np.ndarray:
                         PANE_TRANSMITTED: 1.0 if glass else 0.0, HALF_WIDTHS: abs(a) + abs(b)})
 
 
-def occluder_parameters(spheres, planar) -> Packed:
+def occluder_parameters(spheres: Sequence[Any], planar: Sequence[Any]) -> Packed:
     """Parameters of `shadow`: a tree of the spheres, then the planar shapes."""
     centres, radii = np.array([o.centre for o in spheres]).reshape(-1, 3), np.array([o.radius for o in spheres])
     tree, numbers = sphere_tree(centres), [np.zeros(0)]
@@ -87,7 +89,7 @@ def all_occluders(shapes: Iterable[Shape], opening: float) -> Packed:
                  moving_groups([o for o in shapes if o.moves], opening, occluder_parameters))
 
 
-def _lamp(shape) -> Packed:
+def _lamp(shape: Any) -> Packed:
     """A lamp as `lamp_rays` reads it; a mesh as the sphere of its silhouette, for pictures without shadows."""
     if shape.family == "planar":
         centre, a, b, normal = shape.frame
@@ -104,7 +106,7 @@ def lamp_parameters(lamp: Shape, opening: float) -> Packed:
     return join(_lamp(lamp), *motion)
 
 
-def point_parameters(shape) -> np.ndarray:
+def point_parameters(shape: Shape) -> np.ndarray:
     """A lamp as `open_light` reads it: a point at its middle."""
     lamp = _lamp(shape).parameters
     return pack(POINT, {POINT_PLACE: lamp[MIDDLE:MIDDLE + 3],
@@ -112,7 +114,7 @@ def point_parameters(shape) -> np.ndarray:
                         POINT_RADIUS2: lamp[LAMP_RADIUS2], POINT_LIGHT: shape.material.colour})
 
 
-def sun_parameters(sun) -> np.ndarray:
+def sun_parameters(sun: Sun) -> np.ndarray:
     """Parameters of `sun_rays`."""
     right, up = across(sun.direction)
     size = math.tan(sun.angular_radius)
