@@ -171,10 +171,10 @@ class Program:
             raise_pending()
 
     def run(self, inputs: dict[int, np.ndarray], outputs: Sequence[int], n: int) -> np.ndarray:
-        """The wanted rows, (len(wanted), n), of n lanes after one run of the steps.
+        """The rows `outputs`, (len(outputs), n), of n lanes after one run of the steps.
 
-        inputs: {row: (n,) values}; the other rows begin as in `lane_buffer`. Copies of the
-        last lane fill up the last block.
+        inputs: {row: (n,) values}; the other rows begin as in `lane_buffer`. The last block is filled up with the last
+        lane.
         """
         table = np.zeros((len(inputs), n), self.real)
         for j, values in enumerate(inputs.values()):

@@ -142,16 +142,21 @@ def to_world_frame(real, motion, t, x, y, z, dx, dy, dz):
 
 
 @stage(inlined=True)
-def keep_world(lanes, point, way, normals):
-    """Keep points (3 rows from `point` on, mm) and directions (from `way`) in H0 … H5; normals: NX NY NZ in H6 … H8."""
+def copy_vectors(lanes, source, target):
+    """Copy three rows from `source` on to those from `target` on."""
     row = rows(lanes)
     for k in range(3):
         for i in range(B):
-            row[H0 + k, i], row[H3 + k, i] = row[point + k, i], row[way + k, i]
+            row[target + k, i] = row[source + k, i]
+
+
+@stage(inlined=True)
+def keep_world(lanes, point, way, normals):
+    """Keep points (3 rows from `point` on, mm) and directions (from `way`) in H0 … H5; normals: NX NY NZ in H6 … H8."""
+    copy_vectors(lanes, point, H0)
+    copy_vectors(lanes, way, H3)
     if normals:
-        for k in range(3):
-            for i in range(B):
-                row[H6 + k, i] = row[NX + k, i]
+        copy_vectors(lanes, NX, H6)
 
 
 @stage(inlined=True)
@@ -175,14 +180,10 @@ def enter_rest_frame(lanes, motion, point, way, normals):
 @stage(inlined=True)
 def leave_rest_frame(lanes, point, way, normals):
     """Write what `keep_world` kept back to its rows, in the world."""
-    row = rows(lanes)
-    for k in range(3):
-        for i in range(B):
-            row[point + k, i], row[way + k, i] = row[H0 + k, i], row[H3 + k, i]
+    copy_vectors(lanes, H0, point)
+    copy_vectors(lanes, H3, way)
     if normals:
-        for k in range(3):
-            for i in range(B):
-                row[NX + k, i] = row[H6 + k, i]
+        copy_vectors(lanes, H6, NX)
 
 
 @stage

@@ -12,7 +12,7 @@ import numpy as np
 
 from lensbench.core.kernels.arrays import address, borrowed
 from lensbench.core.kernels.block import (
-    A0, A1, A2, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PIXEL_SIDE, PIXEL_SPREAD, RED, B, L, M, N, Packed, Step,
+    A0, A1, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PIXEL_SIDE, PIXEL_SPREAD, RED, B, L, M, N, Packed, Step,
     X, Y, Z, offsets, pack, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
@@ -148,19 +148,26 @@ def sky_radiance(real, colours, x, y, z):
     return r + up * dr if above else gr, g + up * dg if above else gg, b + up * db if above else gb
 
 
+@stage(inlined=True)
+def meet_sky(lanes):
+    """Record the sky, but its colour, as the surface that each ray meets."""
+    real = lanes.dtype.type
+    row = rows(lanes)
+    depth, emits, finish, nx, ny, nz = row[DEPTH], row[EMITS], row[FINISH], row[NX], row[NY], row[NZ]
+    for i in range(B):
+        depth[i], emits[i], finish[i] = real(FAR), real(1), real(0)
+        nx[i], ny[i], nz[i] = real(0), real(0), real(0)
+
+
 @stage
 def gradient_sky(lanes, p, ints, key):
     """Begin the intersection of rays: each sees the sky.  p: sky_parameters."""
     real = lanes.dtype.type
     row = rows(lanes)
-    dx, dy, dz = row[L], row[M], row[N]
-    depth, emits, finish = row[DEPTH], row[EMITS], row[FINISH]
-    nx, ny, nz = row[NX], row[NY], row[NZ]
-    red, green, blue = row[RED], row[GREEN], row[BLUE]
+    dx, dy, dz, red, green, blue = row[L], row[M], row[N], row[RED], row[GREEN], row[BLUE]
     colours = gradient(p, 0)
+    meet_sky(lanes)
     for i in range(B):
-        depth[i], emits[i], finish[i] = real(FAR), real(1), real(0)
-        nx[i], ny[i], nz[i] = real(0), real(0), real(0)
         red[i], green[i], blue[i] = sky_radiance(real, colours, dx[i], dy[i], dz[i])
 
 
@@ -262,13 +269,6 @@ def look_up_sky(lanes, p, ints, x, y, z, r, g, b):
 @stage
 def image_sky(lanes, p, ints, key):
     """Begin the intersection of rays: each sees the picture of the sky.  p, ints: image_sky_parameters."""
-    real = lanes.dtype.type
     row = rows(lanes)
-    depth, emits, finish = row[DEPTH], row[EMITS], row[FINISH]
-    nx, ny, nz = row[NX], row[NY], row[NZ]
-    red, green, blue, r, g, b = row[RED], row[GREEN], row[BLUE], row[A0], row[A1], row[A2]
-    look_up_sky(lanes, p, ints, row[L], row[M], row[N], r, g, b)
-    for i in range(B):
-        depth[i], emits[i], finish[i] = real(FAR), real(1), real(0)
-        nx[i], ny[i], nz[i] = real(0), real(0), real(0)
-        red[i], green[i], blue[i] = r[i], g[i], b[i]
+    meet_sky(lanes)
+    look_up_sky(lanes, p, ints, row[L], row[M], row[N], row[RED], row[GREEN], row[BLUE])
