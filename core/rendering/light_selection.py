@@ -16,9 +16,9 @@ from lensbench.core.imaging.transform import AnimatedTransform
 from lensbench.core.kernels.block import WEIGHT, B, L, M, N, X, Y, Z
 from lensbench.core.kernels.program import Program
 from lensbench.core.rendering.entrance_bounds import EntranceBounds, is_boundable, shared_entrance_bounds
-from lensbench.core.rendering.light_rays import ETENDUE, light_parameters
-from lensbench.core.rendering.specular_connection import (
-    SpecularObject, connect_by_ball, connecting_directions, mirror_image, specular_objects, visible_lights
+from lensbench.core.rendering.light_rays import (
+    ETENDUE, SpecularObject, connect_by_ball, connecting_directions, light_parameters, mirror_image, specular_objects,
+    visible_lights
 )
 from lensbench.core.scenery.scene import Scene
 from lensbench.core.scenery.small_lights import SmallLight, light_samples, mean_radiances, small_lights

@@ -12,8 +12,8 @@ import numpy as np
 
 from lensbench.core.kernels.arrays import address, borrowed
 from lensbench.core.kernels.block import (
-    A0, A1, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PIXEL_SIDE, PIXEL_SPREAD, RED, B, L, M, N, Packed, Step,
-    X, Y, Z, offsets, pack, rows, stage, vector
+    A0, A1, BLUE, DEPTH, EMITS, FINISH, GREEN, NX, NY, NZ, PIXEL_SIDE, PIXEL_SPREAD, RED, B, L, M, N, Packed, Step, X,
+    Y, Z, offsets, pack, rows, stage, vector
 )
 from lensbench.core.kernels.cache import njit
 from lensbench.core.scenery.intersect.texture import checker_contrast, footprint_stretch, parity

@@ -5,8 +5,7 @@ import pytest
 
 from lensbench.core.kernels.block import U0, U1, V0, V1, WEIGHT, B, L, M, N, Step, X, Y, Z
 from lensbench.core.kernels.program import Program
-from lensbench.core.rendering.light_rays import light_parameters, trace_by_ball, trace_to_light
-from lensbench.core.rendering.specular_connection import connect_by_ball
+from lensbench.core.rendering.light_rays import connect_by_ball, light_parameters, trace_by_ball, trace_to_light
 
 
 @pytest.mark.parametrize("disk", [False, True])

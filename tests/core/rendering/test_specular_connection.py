@@ -9,7 +9,7 @@ from hypothesis import given, settings, strategies as st
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.core.rendering.specular_connection import connect_by_ball, specular_objects, visible_lights
+from lensbench.core.rendering.light_rays import connect_by_ball, specular_objects, visible_lights
 from lensbench.core.scenery.objects.basic_shapes import Disk, Rectangle, Sphere
 from lensbench.core.scenery.objects.material import Material
 from lensbench.core.scenery.objects.surroundings import Sky
