@@ -172,10 +172,10 @@ def in_the_way(settings: Settings) -> str:
         stand = _place(settings) if settings.has_lens else None
     except (ValueError, OSError):                   # the worker reports it
         return ""
-    if stand is None or settings.position != stand.position or not stand.distance < CLOSE * stand.wanted:
+    if stand is None or settings.position != stand.position or not stand.distance < CLOSE * stand.framed:
         return ""
     return (f"An object of the scene stands in the way: the camera is {format_distance(stand.distance)} from the "
-            f"subject, which this lens would frame from {format_distance(stand.wanted)}")
+            f"subject, which this lens would frame from {format_distance(stand.framed)}")
 
 
 class _Place(NamedTuple):
@@ -183,7 +183,7 @@ class _Place(NamedTuple):
 
     position: tuple[float, float, float]
     distance: float
-    wanted: float
+    framed: float
 
 
 def _place(settings: Settings) -> _Place | None:

@@ -28,7 +28,7 @@ CELL = 2.6                      # half a cell is at least so many rms radii of t
 COARSE = 20.0                   # × that: cells grow to hold a pixel of up to this size
 BLUR = 25                       # samples of the light across a cell
 REFERENCES = {"chief": "chief ray", "centroid": "centroid"}
-CIRCLE = np.column_stack([each(np.linspace(0.0, 2.0 * math.pi, 49)) for each in (np.cos, np.sin)])
+CIRCLE = np.column_stack([wave(np.linspace(0.0, 2.0 * math.pi, 49)) for wave in (np.cos, np.sin)])
 
 
 def spots_figure(query: Query, points: int, columns: str = "focus", reference: str = "chief", rows: int = 4,

@@ -29,12 +29,12 @@ DAMAGE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, M
 
 
 class Pose(NamedTuple):
-    """Rotation (3, 3), factor and place (mm) of the origin of a mesh file."""
+    """Rotation (3, 3), factor and position (mm) of the origin of a mesh file."""
 
     rotation: np.ndarray
     scale: float | None         # mm of a unit of the file; None: as the format says
     size: float | None          # mm of the longest side of its box, instead of a scale
-    place: tuple[float, float, float]
+    position: tuple[float, float, float]
 
 
 def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None, smooth: bool) -> list[lb.Mesh]:
@@ -114,7 +114,7 @@ def _placed(pieces: list[Piece], images: dict, mm: float, name: str, pose: Pose,
         scale = pose.size / longest
     meshes = []
     for piece in pieces:
-        vertices = scale * piece.vertices @ pose.rotation.T + np.asarray(pose.place)
+        vertices = scale * piece.vertices @ pose.rotation.T + np.asarray(pose.position)
         normals = piece.normals @ pose.rotation.T if piece.normals is not None else None
         if normals is None and smooth:
             normals = _smoothed(vertices, piece.faces)

@@ -145,7 +145,7 @@ SECONDS = (30.0, 25.0, 20.0, 15.0, 13.0, 10.0, 8.0, 6.0, 5.0, 4.0, 3.2, 2.5, 2.0
            0.3)
 PARTS = (4, 5, 6, 8, 10, 13, 15, 20, 25, 30, 40, 50, 60, 80, 100, 125, 160, 200, 250, 320, 400, 500, 640, 800, 1000,
          1250, 1600, 2000, 2500, 3200, 4000, 5000, 6400, 8000)
-SHUTTERS = (*SECONDS, *(1.0 / part for part in PARTS))      # as engraved: third stops; each third one is a whole stop
+SHUTTERS = (*SECONDS, *(1.0 / rate for rate in PARTS))      # as engraved: third stops; each third one is a whole stop
 LONGEST_READOUT = 0.2
 STOPS = 5               # of exposure, to either side
 
