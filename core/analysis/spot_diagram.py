@@ -286,7 +286,8 @@ def pupil_by_height(beams: FieldBeams, axis: int, heights: np.ndarray) -> np.nda
     for f in range(len(line)):
         good = _rising(on_stop[f])
         if good.stop - good.start > 3:
-            shares[f] = np.interp(heights, *_upwards(on_stop[f, good], line[f, good]), np.nan, np.nan)
+            order = np.argsort(on_stop[f, good])
+            shares[f] = np.interp(heights, on_stop[f, good][order], line[f, good][order], np.nan, np.nan)
     return shares
 
 
@@ -296,7 +297,3 @@ def _rising(values: np.ndarray) -> slice:
     same = steps[middle] * steps > 0.0
     low = middle - int(np.argmin(np.append(same[:middle][::-1], False)))
     return slice(low, middle + 1 + int(np.argmin(np.append(same[middle:], False))))
-
-
-def _upwards(values: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    return (values, line) if values[-1] > values[0] else (values[::-1], line[::-1])

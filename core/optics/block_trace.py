@@ -23,7 +23,7 @@ from lensbench.core.kernels.cache import njit
 from lensbench.core.kernels.program import Code, Program, run_steps
 from lensbench.core.optics.block_refraction import BEND, CURVATURE, GAP, LEAST, RIM, RUNS, SLOWNESS, STEP
 from lensbench.core.optics.glass import D_LINE
-from lensbench.core.optics.lens_surface import IN_LINE, Frame
+from lensbench.core.optics.lens_surface import LENS_FRAME, Frame
 from lensbench.core.optics.prescription import Lens
 from lensbench.core.optics.surfaces import UNIT
 
@@ -117,7 +117,7 @@ def surface_records(lens: Lens, film_distance: float, wavelength: float = D_LINE
     sceneward = towards == "scene"
     sign = -1.0 if sceneward else 1.0
     mirror = np.array([1.0, 1.0, sign])
-    end, frame = 0.0, IN_LINE
+    end, frame = 0.0, LENS_FRAME
     records: list[SurfaceRecord] = []
 
     def move_to(other: Frame) -> np.ndarray | None:
@@ -142,10 +142,10 @@ def surface_records(lens: Lens, film_distance: float, wavelength: float = D_LINE
         if sceneward and i == 0:                                    # a fisheye may see beyond 90°
             fields[LEAST] = -np.inf
         elif posed is not None and posed.rotation[2, 2] < 1.0:      # tilted: N is not that along the axis of the lens
-            fields[LEAST], axis = -np.inf, sign * mirror * IN_LINE.into(posed).rotation[:, 2]
-        records.append(SurfaceRecord(i, run.stage, pack(run.length, fields), move_to(posed or IN_LINE), axis))
+            fields[LEAST], axis = -np.inf, sign * mirror * LENS_FRAME.into(posed).rotation[:, 2]
+        records.append(SurfaceRecord(i, run.stage, pack(run.length, fields), move_to(posed or LENS_FRAME), axis))
         end = z
-    return Records(records, move_to(IN_LINE), sign, end)
+    return Records(records, move_to(LENS_FRAME), sign, end)
 
 
 def surface_steps(lens: Lens, film_distance: float, wavelength: float = D_LINE, towards: str = "scene",

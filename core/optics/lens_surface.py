@@ -116,7 +116,7 @@ class Frame(NamedTuple):
         return Frame(other.rotation.T @ self.rotation, other.rotation.T @ (self.shift - other.shift))
 
 
-IN_LINE = Frame(np.eye(3), np.zeros(3))
+LENS_FRAME = Frame(np.eye(3), np.zeros(3))          # that of centred surfaces
 
 
 def tilts_of(axes: np.ndarray) -> tuple[float, float, float]:

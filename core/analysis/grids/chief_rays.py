@@ -84,7 +84,7 @@ def pupil_distances(lens: Lens, film_distance: float, chief: ChiefRays, waveleng
 def _shoot(before, behind, position, film_z, at_stop, made):
     """Chief rays of directions at the stop (n, 2) into made (5, n, 3): the fields of ChiefRays; NaN for a lost ray.
 
-    before, behind: tables of the scalar tracer, up to the stop and from it on; place (3,) of the middle of the
+    before, behind: tables of the scalar tracer, up to the stop and from it on; position (3,) of the middle of the
     stop, film_z: of the film, lens frame, mm.
     """
     for i in range(at_stop.shape[0]):
