@@ -9,7 +9,7 @@ import pytest
 from PIL import Image as Picture, ImageOps
 
 import lensbench as lb
-from lensbench.app.scenes import texture
+from lensbench.app.scenes import asset_files
 from lensbench.app.scenes.scene_file import SceneFileError, find_scene, load_scene
 
 DOCUMENT = Path(__file__).parents[3] / "docs" / "scenes.md"
@@ -211,7 +211,7 @@ def test_a_texture_outside_the_folder_of_the_scene_is_refused(write, tmp_path, n
 def test_textures_are_read_once_and_bounded_together(write, tmp_path, monkeypatch):
     for name in "abc":
         Picture.fromarray(np.full((8, 8, 3), 200, np.uint8)).save(tmp_path / f"{name}.png")
-    monkeypatch.setattr(texture, "MOST_TEXELS", 128)
+    monkeypatch.setattr(asset_files, "MOST_TEXELS", 128)
     walls = "".join(WALL + f'material = {{ texture = "{name}.png" }}\n' for name in "aab")
     images = [plate.material.pattern.image for plate in load_scene(write(walls)).plates]
     assert images[0] is images[1] is not images[2]
