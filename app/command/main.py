@@ -22,6 +22,7 @@ from lensbench.core.text import MOST_CHARACTERS, cut, escaped
 COMMANDS = {
     "view": ("view", "Open the bench on a lens and a scene."),
     "render": ("render", "Render a picture, or the frames of one that moves."),
+    "contact-sheet": ("contact_sheet", "Render several lenses in one framing, or join snapshots, in one picture."),
     "info": ("info", "Print provenance, first-order data, glasses and check of a lens."),
     "lenses": ("info", "List the lenses of the library."),
     "check": ("info", "Report what looks wrong in lens files."),
@@ -47,8 +48,9 @@ class _Parser(argparse.ArgumentParser):
         """Add the options, then parse; --help and errors of the usage pass here too."""
         if self.name:
             module = import_module(f"lensbench.app.command.{COMMANDS[self.name][0]}")
-            self.set_defaults(command=getattr(module, self.name, None))     # sub-commands bring theirs
-            getattr(module, f"add_{self.name}_options")(self)
+            function = self.name.replace("-", "_")
+            self.set_defaults(command=getattr(module, function, None))      # sub-commands bring theirs
+            getattr(module, f"add_{function}_options")(self)
             self.name = ""
         for argument in args or ():
             if argument.startswith("--") and argument.endswith("=--"):         # argparse would make it an empty list

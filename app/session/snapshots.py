@@ -61,7 +61,7 @@ class SnapshotShelf:
             paths = []
         for path in paths:
             try:
-                snapshots.append(_read(path))
+                snapshots.append(read_snapshot(path))
             except (ValueError, OSError) as error:
                 self._say(f"The snapshot {path.stem} cannot be read: {error}")
         self.snapshots = snapshots
@@ -74,7 +74,7 @@ class SnapshotShelf:
             raise ExportError(f"{self.folder}: {error.strerror}: the snapshot was not kept") from error
         path = self._free(name)
         save_picture(path, image, settings)
-        snapshot = _read(path)
+        snapshot = read_snapshot(path)
         self.snapshots.insert(0, snapshot)
         return snapshot
 
@@ -113,7 +113,8 @@ def cleaned(name: str) -> str:
     return kept[:LONGEST_NAME].strip(". ") or "snapshot"
 
 
-def _read(path: Path) -> Snapshot:
+def read_snapshot(path: Path) -> Snapshot:
+    """A PNG or PPM picture with its settings; ExportError where it cannot be read or has none."""
     from PIL import Image
 
     settings = read_settings(path)
@@ -148,9 +149,9 @@ def write_card(path: Path, codes: NDArray[np.float32], settings: Settings, title
     card = Image.new("RGB", (WIDTH, picture.height + FOOT + 2 * MARGIN), ground)
     card.paste(picture, (MARGIN, MARGIN))
     draw, top = ImageDraw.Draw(card), picture.height + 2 * MARGIN
-    draw.text((MARGIN, top), title, strong, _font(38))
+    draw.text((MARGIN, top), title, strong, label_font(38))
     for i, line in enumerate(words(settings)):
-        draw.text((MARGIN, top + 62 + 36 * i), line, dim, _font(27))
+        draw.text((MARGIN, top + 62 + 36 * i), line, dim, label_font(27))
     if settings.has_lens:
         box = (WIDTH - MARGIN - 560, top, WIDTH - MARGIN, top + FOOT - MARGIN)
         _section(card, settings, box, (outline, glass, dim))
@@ -202,7 +203,8 @@ def _section(card, settings: Settings, box: tuple[int, int, int, int], inks: tup
     card.paste(image.resize((box[2] - box[0], box[3] - box[1]), Image.Resampling.LANCZOS), box[:2])
 
 
-def _font(size: int):
+def label_font(size: float):
+    """The font of cards and sheets, of a height in pixels."""
     from importlib.util import find_spec
 
     from PIL import ImageFont

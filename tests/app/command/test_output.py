@@ -12,6 +12,7 @@ COMMANDS = {
     "view": ("lightfield", "view", "no-such-field.npz", "--depth", ".png"),
     "trace": ("trace", "lenshh-cooke-triplet-50", "--rays", "no-such-rays.csv", ".csv"),
     "convert": ("convert", "lenshh-cooke-triplet-50", ".zmx"),
+    "contact-sheet": ("contact-sheet", "pbrt-dgauss-50mm", ".jpg"),
     "export": ("export", "camera", "pbrt-dgauss-50mm", "--to", "pbrt", ".pbrt"),
 }
 
@@ -22,7 +23,8 @@ def no_work(monkeypatch):
     def begun(*arguments, **named):
         raise AssertionError("the work has begun")
 
-    for work in ("core.design.standard_goal.goal_of", "core.design.tolerances.sensitivities"):
+    for work in ("core.design.standard_goal.goal_of", "core.design.tolerances.sensitivities",
+                 "app.session.contact_sheet.rendered_cells"):
         monkeypatch.setattr(f"lensbench.{work}", begun)
 
 
