@@ -59,6 +59,7 @@ ACTION_NAMES: dict[str, Named] = {
     "Save lens edits": Named("Ctrl+Shift+S", FILES, "Save to the file the lens was opened from; a library lens gets a "
                              "file of its own"),
     "Revert lens": Named(tip="Discard all edits of the surfaces; undo brings them back"),
+    "Improve lens…": Named(tip="Let radii or other numbers change until the spots are smaller: in the panel Surfaces"),
     "Save settings…": Named(),
     "Export…": Named("Ctrl+E", FILES, "Render at any size and number of samples, and save"),
     "Save picture…": Named("Ctrl+S", FILES, "Save the picture as it is now, with its settings"),

@@ -110,6 +110,7 @@ class Request(Enum):
 
     # The window
     BROWSE_LENSES = auto()
+    IMPROVE_LENS = auto()
     RESET_LAYOUT = auto()
     SHOW_HELP = auto()
     SHOW_PALETTE = auto()

@@ -10,6 +10,7 @@ import re
 from lensbench.core.text import INFINITE, cut, f_number_text, fixed, significant, true_minus
 
 LARGEST = 1e300                 # of a number that is read: no unit makes it infinite
+INCH = 25.4                     # mm
 EXTENT = "a length of at least 0, such as 21.6 mm"
 NUMBER = r"([-+−]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:e[-+]?\d+)?)"
 
@@ -115,11 +116,13 @@ def read_number(pattern: str, text: str, example: str) -> tuple[float, str]:
 
 
 def read_distance(text: str) -> float:
-    """“1.2”, “1.2 m”, “120cm”, “1200 mm”, “inf”, “∞” in mm; a bare number is in metres."""
+    """“1.2”, “1.2 m”, “120cm”, “1200 mm”, “10 ft”, “inf”, “∞” in mm; a bare number is in metres."""
     if text.strip().lower() in ("inf", "infinity", "∞"):
         return math.inf
-    number, unit = read_number(r"#\s*(m|cm|mm|km)?", text, "a distance such as 1.2 m, 120 cm or inf")
-    return number * {"": 1000.0, "m": 1000.0, "cm": 10.0, "mm": 1.0, "km": 1e6}[unit]
+    number, unit = read_number(r"#\s*(m|cm|mm|km|ft|feet|foot|'|′|in|inch|inches)?", text,
+                               "a distance such as 1.2 m, 120 cm, 10 ft or inf")
+    return number * {"": 1000.0, "m": 1000.0, "cm": 10.0, "mm": 1.0, "km": 1e6}.get(
+        unit, INCH if unit.startswith("in") else 12.0 * INCH)
 
 
 def read_f_number(text: str) -> float:

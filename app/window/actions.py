@@ -179,6 +179,7 @@ RUNS: dict[str, Callable[[WindowState], None] | Request] = {
     "Open picture…": Request.OPEN_PICTURE, "Open settings…": Request.OPEN_SETTINGS,
     "Open light field…": Request.OPEN_LIGHT_FIELD, "Save lens…": Request.SAVE_LENS,
     "Save lens edits": Request.SAVE_EDITED, "Revert lens": lambda state: state.take(reverted(state.edited)),
+    "Improve lens…": Request.IMPROVE_LENS,
     "Save settings…": Request.SAVE_SETTINGS, "Export…": Request.EXPORT, "Save picture…": Request.SAVE_RENDER,
     "Save screenshot…": Request.SAVE_WINDOW, "Save intrinsics…": Request.SAVE_INTRINSICS,
     "Keep snapshot": Request.KEEP_SNAPSHOT, "Copy picture": Request.COPY_PICTURE,
@@ -189,6 +190,7 @@ RUNS: dict[str, Callable[[WindowState], None] | Request] = {
 ENABLED: dict[str, Callable[[WindowState], bool]] = {
     "Undo": lambda state: state.history.can_undo, "Redo": lambda state: state.history.can_redo,
     "Save lens…": lambda state: state.history.present.has_lens,
+    "Improve lens…": lambda state: state.history.present.has_lens,
     "Save lens edits": _is_edited, "Revert lens": _is_edited,
     "Pin pixel": lambda state: state.view.links.pinned is not None or state.view.pointed is not None}
 CHECKED: dict[str, Callable[[WindowState], bool]] = {

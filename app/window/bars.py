@@ -115,7 +115,7 @@ MENUS: dict[str, tuple[str | Callable[[WindowState], None], ...]] = {
     "File": ("Lens browser…", "Open lens…", "Open scene…", "Open picture…", "Open settings…", "Open light field…",
              _recent, SEPARATOR, "Save lens…", "Save lens edits", "Revert lens", "Save settings…", "Export…",
              "Save picture…", "Save screenshot…", SEPARATOR, "Quit"),
-    "Edit": ("Undo", "Redo", SEPARATOR, "Command palette…", "Reset all"),
+    "Edit": ("Undo", "Redo", SEPARATOR, "Command palette…", "Improve lens…", "Reset all"),
     "View": (_layouts, _panels, SEPARATOR, "Pin pixel", "Magnifier", "Reset camera", SEPARATOR, "Dark theme",
              "Light theme", SEPARATOR, "Reset layout"),
     "Help": ("Keys and mouse", "What the terms mean", SEPARATOR, _trials)}

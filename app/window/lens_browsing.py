@@ -24,7 +24,7 @@ from lensbench.app.panels.controls.controls import lens_name
 from lensbench.app.panels.lens_browser import BrowserState, lens_browser_panel
 from lensbench.app.panels.section_pictures import SectionLook
 from lensbench.app.session.edited_lens import reverted
-from lensbench.app.session.lens_shelf import noted
+from lensbench.app.session.lens_shelf import Shelf, noted
 from lensbench.app.session.notices import Request
 from lensbench.app.session.states import Autosave, Unsaved, left_behind, unsaved_folder
 from lensbench.app.settings.settings import Settings
@@ -187,6 +187,12 @@ class LensBrowsing:
         if self._thumbnails is None:
             self._thumbnails = LensPictures(pictures_folder() if self._window.remember else None, self._window.wake)
             self._textures = SmallTextures(self._thumbnails.found)
+
+    def show(self, shelf: Shelf) -> None:
+        """Open the browser, if it is closed, on these lenses."""
+        if not self.is_open:
+            self.toggle()
+        self.state.shelf = shelf
 
     def draw(self) -> None:
         """Draw the browser over the left of the window, and do what the user asked there."""

@@ -1,13 +1,13 @@
 """The command palette: type a few letters of any action, panel, lens, scene or setting, and press Enter.
 
 A setting takes its value in the same line: “f-number 4”, “iso 800”, “focus 2 m”; a zoom lens its focal length, “zoom
-70”.
+70”. A value that its unit tells needs no name: “f/5.6”, “10 ft”, “1/60”, “+1 EV”; it never loads a lens.
 """
 
 import math
 from collections.abc import Callable
 from dataclasses import Field, dataclass, fields, replace
-from functools import partial
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -23,16 +23,18 @@ from lensbench.app.bench.zoom import asked_zoom, focal_length, is_engraved
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import two_lines
 from lensbench.app.panels.controls.controls import scene_title
-from lensbench.app.session.lens_shelf import ranked, score
+from lensbench.app.session.lens_shelf import Shelf, ranked, score
 from lensbench.app.settings.setting import check, reader, spec, titles, value_text, words
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import (
     format_angle, format_length, format_part, read_angle, read_distance, read_length, read_percent
 )
 from lensbench.app.window.actions import ACTIONS
+from lensbench.app.window.palette_words import ENTRIES, USES, bare_values, begun_value, shelf_of
 from lensbench.app.window.state import WindowState
 from lensbench.core.kernels.cache import NotCompiledError
 from lensbench.core.text import cut, significant, true_minus
+from lensbench.lenses.library.search import NOMINAL, filtered
 from lensbench.lenses.stop_picture import SUFFIXES
 
 NAME = "Command palette"
@@ -46,6 +48,11 @@ TITLES = {"fov_axis": "side of the field of view", "bits": "bits of the sensor",
 OTHER_NAMES = {"f_number": ("Aperture",), "shutter": ("Exposure time",)}       # on the dial, and of photographers
 VIEW = "Field of view"          # of whatever camera it is: not one field
 ZOOM = ("Zoom", "Focal length")         # of a zoom lens, whose prescription no dial scales
+FIELDS = {field.name: field for field in fields(Settings)}
+IDLE: dict[str, tuple[Callable[[Settings], bool], str]] = {     # when a setting changes nothing, and what to do
+    "f_number": (lambda settings: not settings.has_f_number, "not of this camera"),
+    "focus_distance": (lambda settings: not settings.focuses, "this camera has no focus"),
+    "iso": (lambda settings: settings.exposing == "plain" and not settings.noise, "counts in the modes P A S M")}
 
 
 @dataclass(frozen=True)
@@ -100,7 +107,7 @@ class Palette:
             self._focus = False
         imgui.set_next_item_width(-1.0)
         entered, query = imgui.input_text_with_hint(
-            "##Query", "An action, a lens, a scene, or a setting with its value", self._query,
+            "##Query", "f/5.6, 3 m, iso 800, an action, a lens, a scene, a setting", self._query,
             imgui.InputTextFlags_.enter_returns_true | imgui.InputTextFlags_.callback_always, self._caret)
         if query != self._query:
             self._query, self._chosen = query, 0
@@ -137,14 +144,69 @@ class Palette:
 
 
 def answers(query: str, state: WindowState) -> list[Entry]:
-    """The best rows for a query: a setting with its typed value first, then the fuzzy matches.
+    """The best rows for a query: the settings that a value without a name may be of, else a setting with its typed
+    value and then the fuzzy matches.
 
     Words after the name of a setting are read as its wrong value where nothing else has this name.
     """
+    values = _bare(query, state)
+    if values:
+        return values
     numbers = _given(query, state)
-    entries = _entries(state)
-    rows = [*numbers, *(entries[i] for i in ranked(query, [entry.text for entry in entries], ROWS - len(numbers)))]
-    return rows or _given(query, state, wrong=True)
+    rows = {entry.text: entry for entry in _entries(state)}
+    names: dict[str, str] = {}                  # other words, and panels and scenes without the word for what they are
+    if query.strip():
+        names = {word: text for word, name in ENTRIES.items() for text in (name, f"{name}: on", f"{name}: off")
+                 if text in rows} | {text[7:]: text for text in rows if text.startswith(("Panel: ", "Scene: "))
+                                     and text[7:] not in rows}
+    texts = [*rows, *names]
+    best = dict.fromkeys(names.get(texts[i], texts[i]) for i in ranked(query, texts, 3 * ROWS))
+    return [*numbers, *(rows[text] for text in best)][:ROWS] or _given(query, state, wrong=True)
+
+
+def _bare(query: str, state: WindowState) -> list[Entry]:
+    """The rows of a value without a name; of one that is only begun, the setting that asks for it."""
+    begun, current, entries = begun_value(query), state.edited, list[Entry]()
+    if begun:
+        return _of_field(FIELDS[begun], current)[:1]
+    for name, text in bare_values(query):
+        if name == "focal_length":
+            entries += _of_length(text, current)
+        elif name == "fov":
+            entries += filter(None, [_viewed(text, current, True)])
+        else:
+            field = FIELDS[name]
+            read = reader(field)
+            assert read is not None
+            entries += filter(None, [_value(field, read, text, current, True)])
+    return entries
+
+
+def _of_length(text: str, current: Settings) -> list[Entry]:
+    """What a focal length may mean: a place of the zoom in use, lenses of the library, or the scaling of the lens."""
+    length, zoom, entries = read_length(text), _zoom_lens(current), list[Entry]()
+    if zoom is not None and is_engraved(zoom):
+        entries += filter(None, [_asked(zoom, text, False)])
+    if _count(length):
+        entries.append(Entry(f"Lenses of {length:g} mm", "library", partial(_browse, shelf_of(text))))
+    if zoom is None and current.has_lens:
+        scaled = _value(FIELDS["focal_length"], read_length, text, current, True)
+        if scaled is not None and scaled.run is not None:
+            scaled = replace(scaled, text=f"Scale this lens to {format_length(length)}")
+        entries += filter(None, [scaled])
+    if zoom is not None and len(entries) > 1 and entries[0].run is None:        # beyond its range: lenses first
+        entries.reverse()
+    return entries
+
+
+@lru_cache(maxsize=64)
+def _count(length: float) -> int:
+    """The number of lenses of about this focal length (mm)."""
+    return len(filtered(lenses.describe(), focal=(length * (1.0 - NOMINAL), length * (1.0 + NOMINAL))))
+
+
+def _browse(shelf: Shelf, state: WindowState) -> None:
+    state.browsed = shelf
 
 
 def _entries(state: WindowState) -> list[Entry]:
@@ -153,7 +215,7 @@ def _entries(state: WindowState) -> list[Entry]:
     for panel in hello_imgui.get_runner_params().docking_params.dockable_windows:
         if panel.label != "Render":
             shown = "shown" if panel.is_visible else ""
-            entries.append(Entry(f"Panel: {panel.label}", shown, partial(_panel, panel.label)))
+            entries.append(Entry(f"Panel: {panel.label}", shown, partial(WindowState.show_panel, name=panel.label)))
     for scene in lb.SCENES:
         entries.append(Entry(f"Scene: {scene_title(scene)}", "", _sets(partial(
             with_scene, scene=scene, locked=state.chooser.locked))))
@@ -167,6 +229,7 @@ def _entries(state: WindowState) -> list[Entry]:
         entries += [Entry(name, _zoomed(zoom, current.zoom), fills=f"{name} ") for name in ZOOM]
     if current.has_lens or current.kind.has_view:
         entries.append(Entry(VIEW, format_angle(field_of_view(current)), fills=f"{VIEW} "))
+    entries += [Entry(name, "library", partial(_browse, shelf)) for name, (shelf, _) in USES.items()]
     for card in lenses.describe():
         entries.append(Entry(f"Lens: {card.title}", "", _sets(
             partial(with_lens, lens=card.name, locked=state.chooser.locked))))
@@ -257,15 +320,19 @@ def _given(query: str, state: WindowState, wrong: bool = False) -> list[Entry]:
             best = (rank, entry) if entry is not None else best
         rank = score(head, VIEW)
         if rank is not None and (best is None or rank > best[0]):
-            try:
-                angle = read_angle(tail)
-            except ValueError as error:
-                best = (rank, Entry(f"{VIEW}: {error}", "")) if wrong else best
-                continue
-            change = partial(with_field_of_view, fov=angle)
-            best = (rank, Entry(f"{VIEW}: {format_angle(angle)}", _view_note(angle, change, state.edited),
-                                _sets(change)))
+            entry = _viewed(tail, state.edited, wrong)
+            best = (rank, entry) if entry is not None else best
     return [] if best is None else [best[1]]
+
+
+def _viewed(text: str, current: Settings, wrong: bool) -> Entry | None:
+    """The row for a field of view; None for a text that may be part of a name."""
+    try:
+        angle = read_angle(text)
+    except ValueError as error:
+        return Entry(f"{VIEW}: {error}", "") if wrong else None
+    change = partial(with_field_of_view, fov=angle)
+    return Entry(f"{VIEW}: {format_angle(angle)}", _view_note(angle, change, current), _sets(change))
 
 
 def _value(field: Field, read: Callable[[str], Any], text: str, current: Settings, wrong: bool) -> Entry | None:
@@ -291,7 +358,10 @@ def _bound(field: Field, value: float) -> str:
 
 
 def _enter(field: Field, value: Any, change: Callable[[Settings], Settings], current: Settings) -> str:
-    """The note of a typed value: that Enter takes it, or what it becomes within the range of the camera."""
+    """The note of a typed value: that Enter takes it, what it becomes within the range of the camera, or its effect."""
+    idle, reason = IDLE.get(field.name, (None, ""))
+    if idle is not None and idle(current):
+        return f"Enter: {reason}"
     try:
         taken = getattr(constrained(change(current)), field.name)
     except (ValueError, OSError, NotCompiledError):     # said when it is taken
@@ -318,12 +388,6 @@ def _sets(change: Callable[[Settings], Settings]) -> Callable[[WindowState], Non
         except (ValueError, OSError) as error:
             state.view.say(str(error))
     return run
-
-
-def _panel(name: str, state: WindowState) -> None:
-    """Show a panel, found by its name: laying out makes the list of panels anew."""
-    panel = hello_imgui.get_runner_params().docking_params.dockable_window_of_name(name)
-    panel.is_visible = panel.focus_window_at_next_frame = True
 
 
 def _reopen(path: Path, state: WindowState) -> None:

@@ -29,7 +29,7 @@ from lensbench.app.settings.settings import Settings, differences
 from lensbench.app.window.actions import NOTHING_PINNED, Keyboard, shortcuts
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.bars import Help
-from lensbench.app.window.docking import MINIMUM, Folding
+from lensbench.app.window.docking import FRONT_FRAMES, MINIMUM, Folding
 from lensbench.app.window.file_actions import QUESTIONS, Files
 from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.lens_browsing import LensBrowsing, LensEditing
@@ -263,6 +263,9 @@ class Session(WindowState):
             self.export.open(self.history.present, self.view.follows)
         if Request.BROWSE_LENSES in requests:
             self.browsing.toggle()
+        if self.browsed is not None:
+            self.browsing.show(self.browsed)
+            self.browsed = None
         if Request.RESET_LAYOUT in requests:
             self.folding.lay_out()
         if Request.SHOW_HELP in requests:
@@ -271,6 +274,9 @@ class Session(WindowState):
             self.palette.open()
         if Request.SHOW_TERMS in requests:
             self.terms.open()
+        if Request.IMPROVE_LENS in requests:
+            self.show_panel("Surfaces")
+            self.panels.kept.table.asks = FRONT_FRAMES + 1       # a panel that comes to the front closes popups
         self.snapshots.answer(requests)
         if self.card_path is not None:
             path, self.card_path = self.card_path, None

@@ -39,6 +39,7 @@ from lensbench.app.drawing import theme
 from lensbench.app.drawing.dial import DialState
 from lensbench.app.panels.controls.controls import Chooser
 from lensbench.app.panels.light_field.controller import LightFieldController
+from lensbench.app.session.lens_shelf import Shelf
 from lensbench.app.session.notices import Request
 from lensbench.app.session.states import History
 from lensbench.app.settings.settings import RESTARTS_MOTION, RESTARTS_NOTHING
@@ -156,6 +157,7 @@ class WindowState:
         self.card_path: Path | None = None              # where the card of a snapshot is to be saved
         self.written = "", ""                           # the lens and the edits that the window has saved last
         self.reopened: Path | None = None               # a recent file that is to be opened
+        self.browsed: Shelf | None = None               # what the lens browser is to be opened with
         self.screenshot: Path | None = None             # where a picture of the window is to be saved
         self._postponed: tuple[Settings, Callable[[], Settings]] | None = None      # current settings, and a change
         self._drags = False                             # the picture changes while a mouse button or an item is held
@@ -244,6 +246,11 @@ class WindowState:
         """Whether a panel is in front of its dock."""
         window = imgui.internal.find_window_by_name(name)
         return window is not None and (window.active or window.was_active) and not window.hidden
+
+    def show_panel(self, name: str) -> None:
+        """Show a panel, in front of its dock; by its name, for laying out makes the list of panels anew."""
+        panel = hello_imgui.get_runner_params().docking_params.dockable_window_of_name(name)
+        panel.is_visible = panel.focus_window_at_next_frame = True
 
     def wanted_room(self, settings: Settings) -> tuple[float, float]:
         """Pixels across and down for the picture: more than the screen has, where it shows a part of a panorama."""

@@ -86,6 +86,7 @@ class LensTableState:
     ticked: set[Cell] = field(default_factory=set)          # numbers that an improvement may change
     hold_back_focus: bool = False
     try_glasses: bool = False
+    asks: int = 0                       # frames until the popup of the improvement opens; 0: it does not
     aim: str = "spot"                       # of an improvement, one of AIMS
     begun: bool = False                 # an improvement begins: its steps are one undo
     stepped: bool = False               # the lens of this frame is a step of an improvement

@@ -30,12 +30,13 @@ IMPROVE_TITLE = "Improve the lens"
 
 def improve_button(settings: Settings, document: LensDocument, state: LensTableState) -> None:
     """The button, which stops an improvement that is under way; and its popup."""
+    asks, state.asks = state.asks == 1, max(state.asks - 1, 0)
     if state.worker.running:
         if imgui.button(f"{fa.ICON_FA_STOP}###Improve"):
             state.worker.stop()
         imgui.set_item_tooltip("Stop; the lens stays as it is now")
     else:
-        if imgui.button(f"{fa.ICON_FA_WAND_MAGIC_SPARKLES}###Improve"):
+        if imgui.button(f"{fa.ICON_FA_WAND_MAGIC_SPARKLES}###Improve") or asks:
             imgui.open_popup(IMPROVE_TITLE)
         imgui.set_item_tooltip("Improve: smaller spots over the field by least squares")
     imgui.same_line(0.0, theme.em(0.13))
