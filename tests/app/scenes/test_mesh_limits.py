@@ -178,7 +178,7 @@ def test_the_meshes_of_a_scene_are_bounded_together(tmp_path, monkeypatch):
     twice = '[[mesh]]\nfile = "b.glb"\n'
     assert len(load(tmp_path, "b.glb", twice)) == 2
     for name, most, reason in (("scene_file.MOST_TRIANGLES", 1, "more than 1 triangles together"),
-                               ("texture.MOST_TEXELS", 2047, "texels together"),
+                               ("asset_files.MOST_TEXELS", 2047, "texels together"),
                                ("scene_file.MOST_OBJECTS", 1, "more than 1 objects")):
         with monkeypatch.context() as changed:
             changed.setattr(f"lensbench.app.scenes.{name}", most)
