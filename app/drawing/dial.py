@@ -146,17 +146,16 @@ def _turned(state: DialState, item: int, value: float, scale: Scale, left: float
 
     grip = state.grip
     if grip is not None and grip.item == item:
+        # The frame of the release may bring the last movement too; a mouse that left the window has no position
+        dragged = imgui.is_mouse_pos_valid() and (grip.dragged or abs(mouse - grip.start) >= DRAG_THRESHOLD * pixel)
+        if dragged and (mouse != grip.x or not grip.dragged):
+            u = grip.u + (mouse - grip.x) / length * (FINE if io.key_shift else 1.0)
+            grip = state.grip = replace(grip, u=u, x=mouse, dragged=True)
+            value = scale.from_unit(u)
         if not imgui.is_item_active():
             state.grip = None
             if not grip.dragged and not grip.jumped and scale.snaps:
                 return scale.snapped(scale.from_unit(under))
-            return value
-        if not grip.dragged and abs(mouse - grip.start) < DRAG_THRESHOLD * pixel:
-            return value
-        if mouse != grip.x or not grip.dragged:
-            u = grip.u + (mouse - grip.x) / length * (FINE if io.key_shift else 1.0)
-            state.grip = replace(grip, u=u, x=mouse, dragged=True)
-            return scale.from_unit(u)
         return value
 
     if imgui.is_item_hovered():

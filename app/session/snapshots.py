@@ -108,8 +108,8 @@ class SnapshotShelf:
 
 
 def cleaned(name: str) -> str:
-    """A name that every file system takes."""
-    kept = " ".join(re.sub(FORBIDDEN, " ", name).split()).strip(". ")
+    """A name that every file system takes; f/2 has another slash in it, which looks the same."""
+    kept = " ".join(re.sub(FORBIDDEN, " ", name.replace("f/", "f⁄")).split()).strip(". ")
     return kept[:LONGEST_NAME].strip(". ") or "snapshot"
 
 

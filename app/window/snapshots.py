@@ -268,6 +268,7 @@ def _name(settings: Settings) -> str:
     """A first name for a snapshot: lens, stop and scene."""
     if not settings.has_lens:
         return f"{settings.camera_title}, {scene_title(settings.scene)}"
-    f_number = settings.f_number or readings(settings).widest_f_number
-    stop = f" at {format_f_number(f_number)}" if f_number else ""
-    return f"{lens_title(settings.lens)}{stop}, {scene_title(settings.scene)}".replace("f/", "f")
+    f_number, title = settings.f_number or readings(settings).widest_f_number, lens_title(settings.lens)
+    stop = format_f_number(f_number) if f_number else ""
+    stop = f" at {stop}" if stop and stop not in title.split() else ""       # wide open the title states it already
+    return f"{title}{stop}, {scene_title(settings.scene)}"

@@ -19,11 +19,11 @@ def test_moments_are_found_again_by_another_session(tmp_path):
     assert shelf.snapshots == []
     first = shelf.keep(IMAGE, SETTINGS, "Swirl: at f/4?")
     second = shelf.keep(2.0 * IMAGE, replace(SETTINGS, f_number=8.0), "Swirl: at f/4?")
-    assert (first.name, second.name) == ("Swirl at f 4", "Swirl at f 4 2")
+    assert (first.name, second.name) == ("Swirl at f⁄4", "Swirl at f⁄4 2")
     shelf.rename(second, "closed")
     later = SnapshotShelf(tmp_path / "deep" / "snapshots")
     later.load()
-    assert {kept.name: kept.settings.f_number for kept in later.snapshots} == {"Swirl at f 4": 4.0, "closed": 8.0}
+    assert {kept.name: kept.settings.f_number for kept in later.snapshots} == {"Swirl at f⁄4": 4.0, "closed": 8.0}
     assert later.snapshots[0].thumbnail.shape == (192, THUMBNAIL, 3)
     assert read_settings(first.path) == SETTINGS
     # sRGB of 0.25: 1.055 · 0.25^(1/2.4) − 0.055 = 0.537

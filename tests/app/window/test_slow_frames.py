@@ -9,6 +9,7 @@ from tests.app.conftest import SMALL, mouse_to
 
 KEY = imgui.Key
 ON_FIT, ON_PICTURE = (304.0, 35.0), (630.0, 330.0)      # of a window of 1280 × 720
+NOWHERE = -3.4028234663852886e38, -3.4028234663852886e38        # where imgui has a mouse that left the window
 
 
 @pytest.mark.slow
@@ -52,5 +53,38 @@ def test_ctrl_z_never_acts_as_z(slow_frames, released_first):
         io.add_key_event(KEY.z, False)
         yield from [0] * 2
         assert session.history.present.overlay == "clipping"
+
+    slow_frames(script)
+
+
+def test_a_drag_past_the_end_of_the_aperture_opens_the_lens_though_the_release_comes_in_the_same_frame(slow_frames):
+    def script(session):
+        io, x, y = imgui.get_io(), 100.0, 255.0       # on the dial Aperture, which begins at x = 10
+        session.take(replace(session.history.present, f_number=5.6))
+        yield from [0] * 3
+        mouse_to(x, y)
+        yield from [0] * 2
+        io.add_mouse_button_event(0, True)
+        yield from [0] * 2
+        mouse_to(x - 20.0, y)
+        yield from [0] * 2
+        assert session.history.present.f_number > 2.0
+        mouse_to(4.0, y)
+        io.add_mouse_button_event(0, False)
+        yield from [0] * 3
+        assert session.history.present.f_number is None         # wide open, exactly
+        session.take(replace(session.history.present, f_number=5.6))
+        yield from [0] * 2
+        mouse_to(x, y)
+        yield from [0] * 2
+        io.add_mouse_button_event(0, True)
+        yield from [0] * 2
+        mouse_to(x + 10.0, y)
+        yield from [0] * 2
+        dragged = session.history.present.f_number
+        io.add_mouse_pos_event(*NOWHERE)                # the mouse has left the window
+        io.add_mouse_button_event(0, False)
+        yield from [0] * 3
+        assert session.history.present.f_number == dragged
 
     slow_frames(script)

@@ -27,14 +27,14 @@ def test_a_snapshot_is_kept_named_opened_compared_and_removed(drive):
         hand.ctx.window_focus("//Snapshots")
         hand.ctx.yield_(6)
         assert len(shelf.snapshots) == 1
-        hand.ctx.item_click("**/Snapshot Double Gauss 50 mm f2 at f2.8, Still life", 1)
+        hand.ctx.item_click("**/Snapshot Double Gauss 50 mm f⁄2 at f⁄2.8, Still life", 1)
         hand.ctx.item_click("//$FOCUSED/Remove")
         hand.ctx.yield_(3)
         assert shelf.snapshots == []
         hand.ctx.item_click("//Snapshots/###Keep")
         hand.wait(lambda: shelf.snapshots, "the snapshot")
         snapshot = shelf.snapshots[0]
-        assert snapshot.settings == SMALL and "f2.8" in snapshot.name
+        assert snapshot.settings == SMALL and "f⁄2.8" in snapshot.name
         hand.session.take(replace(hand.settings, f_number=8.0))
         hand.picture()
         hand.ctx.item_click(f"**/Snapshot {snapshot.name}", 1)
