@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from lensbench.app.command.lens_options import add_close_option, add_lens_options
 from lensbench.app.command.output import UsageError, print_json
 from lensbench.core.text import escaped, excerpt, f_number_text, fixed, significant
-from lensbench.lenses.library.catalogue import Card, describe
+from lensbench.lenses.library.catalogue import USES, Card, describe
 from lensbench.lenses.library.search import FILMS, ORDERS, SearchError, filtered, searched
 
 if TYPE_CHECKING:
@@ -348,6 +348,7 @@ def add_lenses_options(parser: argparse.ArgumentParser) -> None:
     add("--search", default="", metavar="WORDS", help="title, kind, maker, designer, patent, year; the most relevant "
         "lens first")
     add("--kind", default="", metavar="KIND", help='such as macro, "double Gauss", zoom')
+    add("--use", default="", metavar="USE", help=f"good for {', '.join(USES)}: rules on focal length and f-number")
     add("--maker", default="", metavar="MAKER", help="such as nikon")
     add("--faster", type=_number, metavar="N", help="f/N or faster")
     add("--focal", type=_range, metavar="MM", help="focal length, 85 or 85-135; zooms whose range meets it")
@@ -393,7 +394,7 @@ def lenses(arguments: argparse.Namespace) -> int:
     try:
         matches = filtered(cards, kind=arguments.kind, maker=arguments.maker, fastest=arguments.faster, focal=focal,
                          years=arguments.year, zooms=True if arguments.zoom else False if arguments.prime else None,
-                         aspheres=True if arguments.asphere else None, film=arguments.format)
+                         aspheres=True if arguments.asphere else None, film=arguments.format, use=arguments.use)
     except SearchError as error:
         raise UsageError(str(error)) from None
     if arguments.search.strip():
@@ -401,7 +402,7 @@ def lenses(arguments: argparse.Namespace) -> int:
     if arguments.sort or not arguments.search.strip():
         matches = tuple(sorted(matches, key=ORDERS[arguments.sort or "name"]))
     if arguments.json:
-        print_json([{**asdict(card), "zooms": card.zooms} for card in matches])
+        print_json([{**asdict(card), "zooms": card.zooms, "uses": card.uses} for card in matches])
     elif matches:
         _print_table(matches)
     else:

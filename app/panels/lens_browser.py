@@ -15,13 +15,15 @@ from lensbench.app.drawing.controls import picked, toggles
 from lensbench.app.drawing.recorded import Memo
 from lensbench.app.panels.section_pictures import SectionLook
 from lensbench.app.session.lens_shelf import (
-    ANY, ERAS, FORMATS, LENGTHS, ORDERS, SPEEDS, Shelf, film_name, film_of, kinds, makers, shelved, short_title
+    ANY, ERAS, FORMATS, LENGTHS, ORDERS, SPEEDS, Shelf, film_name, film_of, kinds, makers, shelved
 )
-from lensbench.core.text import f_number_text, fixed
+from lensbench.core.text import fixed, significant
 from lensbench.lenses import Card
+from lensbench.lenses.library.catalogue import USES
 
 CELL = 8.9                     # em, the least width of a cell
 PICTURE, SECTION = 2.0 / 3.0, 0.34      # heights, of the width
+TITLE = 2.6                     # heights of a line: two small lines of the title, one of its figures
 WIDTH_STEP = 16                 # pixels between two widths of sections, which are kept in files
 fa, Key = icons_fontawesome_6, imgui.Key
 
@@ -67,9 +69,9 @@ def lens_browser_panel(cards: tuple[Card, ...], state: BrowserState, pictures: T
     state.shelf = filters(state.shelf, cards, len(shown))
     if state.shelf != before:
         shown = _shown(cards, state)
-        state.in_grid = False
+        state.in_grid, state.scroll = False, True
         if state.shelf.search.strip() and shown:
-            state.selected, state.scroll = shown[0].name, True
+            state.selected = shown[0].name
     footer = imgui.get_frame_height_with_spacing() + theme.em(0.2)
     if imgui.begin_child("Grid", ImVec2(0.0, -footer)):
         columns = _grid(shown, state, pictures, sections, problems)
@@ -122,7 +124,7 @@ def _grid(shown: tuple[Card, ...], state: BrowserState, pictures: Textures, sect
     room, gap = imgui.get_content_region_avail(), theme.em(0.55)
     columns = max(1, int((room.x + gap) / (theme.em(CELL) + gap)))
     width = float(int((room.x - (columns - 1) * gap) / columns))
-    size = ImVec2(width, round(width * (PICTURE + SECTION) + 2.0 * imgui.get_text_line_height() + theme.em(0.7)))
+    size = ImVec2(width, round(width * (PICTURE + SECTION) + TITLE * imgui.get_text_line_height() + theme.em(0.7)))
     if not shown:
         imgui.text_disabled("No lens matches" + (": clear the filters" if state.shelf.is_filtered else ""))
         if state.shelf.part == "favourites" and not state.favourites:
@@ -201,11 +203,11 @@ def _cell(card: Card, state: BrowserState, size: ImVec2, picture: Picture | None
         draw.add_rect(corner, end, theme.packed(colour.strong), 3.0 * pixel, 1.5 * pixel)
     margin = theme.em(0.5)
     room = size.x - 2.0 * margin
-    draw.add_text(ImVec2(corner.x + margin, bottom + theme.em(0.15)),
-                  theme.packed(colour.strong if selected else colour.text), theme.shortened(short_title(card), room))
     theme.small()
-    draw.add_text(ImVec2(corner.x + margin, bottom + theme.em(0.4) + imgui.get_text_line_height()),
-                  theme.packed(colour.dim), theme.shortened(_figures(card), room))
+    inks = *[theme.packed(colour.strong if selected else colour.text)] * 2, theme.packed(colour.dim)
+    for i, (text, ink) in enumerate(zip((*_title_lines(card.title, room), _figures(card)), inks, strict=True)):
+        place = ImVec2(corner.x + margin, bottom + theme.em(0.15) + i * imgui.get_text_line_height())
+        draw.add_text(place, ink, theme.shortened(text, room))
     imgui.pop_font()
     _star(card, state, ImVec2(end.x, corner.y), hovered)
     imgui.set_cursor_screen_pos(corner)
@@ -252,18 +254,24 @@ def _star(card: Card, state: BrowserState, corner: ImVec2, hovered: bool) -> Non
         draw.add_text(icon, white, fa.ICON_FA_PLUS)
 
 
-def focal_text(card: Card) -> str:
-    """“50 mm”, of a zoom “71–196 mm”; "" where none is known."""
-    if card.efl is None:
-        return ""
-    digits = 0 if card.efl >= 9.95 else 1
-    tele = f"–{fixed(card.tele_efl, digits)}" if card.tele_efl else ""
-    return f"{fixed(card.efl, digits)}{tele} mm"
+def _title_lines(title: str, room: float) -> tuple[str, str]:
+    """The title in two lines; the first ends where a word no longer fits into the room (pixels)."""
+    words = title.split(" ")
+    count = next((i for i in range(2, len(words) + 1) if imgui.calc_text_size(" ".join(words[:i])).x > room),
+                 len(words) + 1) - 1
+    return " ".join(words[:count]), " ".join(words[count:])
+
+
+def figures(card: Card) -> tuple[str, str]:
+    """Focal length, “82.5 mm” or “71–196 mm”, and f-number of the design as computed; "" for what is not known."""
+    digits = 0 if card.tele_efl and card.efl and card.efl >= 9.95 else 1
+    lengths = "–".join(fixed(length, digits) for length in (card.efl, card.tele_efl) if length)
+    speed = card.computed_f_number
+    return f"{lengths} mm" if lengths else "", f"f/{significant(speed, 3)}" if speed else ""
 
 
 def _figures(card: Card) -> str:
-    speed = f_number_text(card.f_number) if card.f_number else ""
-    return "  ".join(text for text in (focal_text(card), speed, str(card.year or "")) if text)
+    return "  ".join(text for text in (*figures(card), str(card.year or "")) if text)
 
 
 def _explain(card: Card, problem: str) -> None:
@@ -276,6 +284,7 @@ def _explain(card: Card, problem: str) -> None:
     built = f"{card.elements} elements in {card.groups} groups" if card.elements else ""
     for line in (", ".join(str(text) for text in (card.kind, card.maker, card.designer, card.year) if text),
                  card.patent or card.source, built, film_name(film) if film else "",
+                 f"Good for {', '.join(card.uses)}" if card.uses else "",
                  f"Estimated: {card.estimates}" if card.estimates else ""):
         if line:
             imgui.text_disabled(line)
@@ -323,7 +332,7 @@ def search(shelf: Shelf, focus: bool) -> Shelf:
     if focus:
         imgui.set_keyboard_focus_here()
     imgui.set_next_item_width(imgui.get_content_region_avail().x - parts)
-    _, text = imgui.input_text_with_hint("##Search lenses", "Search name, maker, kind, patent, year", shelf.search,
+    _, text = imgui.input_text_with_hint("##Search lenses", "Search name, use, maker, kind, patent, year", shelf.search,
                                          imgui.InputTextFlags_.auto_select_all)
     imgui.same_line(0.0, theme.em(0.4))
     shelf_part = toggles("Lenses", PARTS, shelf.part, PART_TIPS, indent=0.0)
@@ -348,6 +357,17 @@ def filters(shelf: Shelf, cards: Sequence[Card], shown: int) -> Shelf:
         changed[name] = picked(label, value, {ANY: "Any"} | {text: text for text in values}, tip, width,
                                text=value or label, colour=theme.colours().strong if value else theme.colours().dim)
 
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(theme.em(0.35), imgui.get_style().frame_padding.y))
+    corner, changed["use"] = imgui.get_cursor_screen_pos(), shelf.use
+    right = corner.x + imgui.get_content_region_avail().x
+    for i, (use, rule) in enumerate(USES.items()):
+        if i and imgui.get_item_rect_max().x + 0.5 * gap + imgui.calc_text_size(use).x + theme.em(0.9) < right:
+            imgui.same_line(0.0, 0.5 * gap)
+        if _toggle(use.capitalize(), use == shelf.use, f"Good for {use}: {rule}") != (use == shelf.use):
+            changed["use"] = ANY if use == shelf.use else use
+    imgui.pop_style_var()
+    if imgui.get_item_rect_min().y > corner.y:          # in a second row, which has room
+        imgui.same_line(0.0, gap)
     changed["zooms"] = _toggle("Zoom", shelf.zooms, "Zoom lenses only")
     imgui.same_line(0.0, gap)
     changed["aspheric"] = _toggle("Asphere", shelf.aspheric, "Lenses with an aspheric surface only")

@@ -66,7 +66,8 @@ def lens_card_panel(settings: Settings, state: LensCardState, lit: tuple[int, ..
     state.checks.want(lens)
     paragraph(lens.name or settings.lens, True)
     theme.small()
-    for label, text in provenance(lens):
+    card = lenses.card(settings.lens) if not settings.edited else None
+    for label, text in (*provenance(lens), *([("Good for", ", ".join(card.uses))] if card and card.uses else [])):
         _row(label, text)
     _check(lens, state)
     table = glass_rows(lens)
@@ -79,6 +80,7 @@ def lens_card_panel(settings: Settings, state: LensCardState, lit: tuple[int, ..
     imgui.pop_font()
 
 
+@lru_cache(maxsize=8)
 def provenance(lens: lb.Lens) -> list[tuple[str, str]]:
     """Labels and texts of what is known of a lens; a star marks what is estimated."""
     count = counts(lens)
@@ -87,9 +89,13 @@ def provenance(lens: lb.Lens) -> list[tuple[str, str]]:
     moving = f", {count.focus_groups} focus group{'' if count.focus_groups == 1 else 's'}" if count.focus_groups else ""
     stated = [f"{significant(lens.stated_efl)} mm" if lens.stated_efl else "",
               f_number_text(lens.stated_f_number) if lens.stated_f_number else ""]
+    lengths = [lb.first_order(lens.at(zoom=zoom), lens.reference_wavelength).efl
+               for zoom in ((0.0, 1.0) if lens.zooms else (None,))]
     year = f"{lens.year}{'*' if 'year' in lens.estimates else ''}" if lens.year else ""
     rows = [("Kind", lens.kind), ("Maker", lens.maker), ("Designer", lens.designer), ("Year", year),
             ("Patent", lens.patent), ("Source", lens.source if lens.source != lens.patent else ""),
+            ("Computed", f"{'–'.join(significant(efl, 4) for efl in lengths)} mm  "
+             f"{f_number_text(lb.f_number_at_infinity(lens), 2)}"),
             ("Published", "  ".join(text for text in stated if text)),
             ("Made for", film_name(lens.film_size) if lens.film_size else ""),
             *((label.removeprefix("Designed ").capitalize(), text) for label, text in system_rows(lens.system)),

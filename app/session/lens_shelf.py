@@ -101,6 +101,7 @@ class Shelf:
     length: str = ANY
     speed: str = ANY
     film: str = ANY
+    use: str = ANY
     zooms: bool = False         # zoom lenses only
     aspheric: bool = False      # lenses with an asphere only
     part: str = "all"           # "all", "favourites" or "recent"
@@ -141,7 +142,7 @@ def shelved(cards: Sequence[Card], shelf: Shelf, favourites: Collection[str] = (
 
 def _filtered(cards: Sequence[Card], shelf: Shelf) -> list[Card]:
     kept = search.filtered(
-        cards, kind=shelf.kind, maker=shelf.maker, fastest=SPEEDS[shelf.speed] if shelf.speed else None,
+        cards, kind=shelf.kind, use=shelf.use, maker=shelf.maker, fastest=SPEEDS[shelf.speed] if shelf.speed else None,
         focal=LENGTHS[shelf.length] if shelf.length else None, years=ERAS[shelf.era] if shelf.era else None,
         zooms=shelf.zooms or None, aspheres=shelf.aspheric or None)
     if not shelf.film:
@@ -163,13 +164,6 @@ def film_name(size: tuple[float, float]) -> str:
         if math.isclose(size[0], known[0]) and math.isclose(size[1], known[1]):
             return name
     return f"{significant(size[0])} × {significant(size[1])} mm"
-
-
-@lru_cache(maxsize=4096)
-def short_title(card: Card) -> str:
-    """The title without focal length and f-number, which a card shows next to it."""
-    left = re.sub(r"(\s+at)?\s+[\d.–]+\s*mm\b|\s+f/[\d.–]+", " ", card.title)
-    return re.sub(r"\s+(?=[\s,)])", "", left).strip(" ,") or card.title
 
 
 def kinds(cards: Sequence[Card]) -> list[str]:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import lru_cache
+from math import hypot
 from pathlib import Path
 
 from lensbench.core.lazy import hashed_once
@@ -11,7 +12,14 @@ from lensbench.lenses.formats import toml_header
 
 LIBRARY = Path(__file__).parent
 COPIED = ("title", "kind", "year", "source", "maker", "designer", "patent", "film_size", "estimates", "stated_efl",
-          "image_circle", "notes")       # from the header
+          "computed_f_number", "image_circle", "notes")       # from the header
+FULL_FRAME = hypot(36.0, 24.0)          # mm
+FAST = 2.95                             # an f/2.8 as computed
+USES = {"portrait": "70 to 150 mm and f/2.8 or faster, or soft focus", "landscape": "35 mm or wider, not a fisheye",
+        "street": "one focal length of 27 to 55 mm, f/2.8 or faster, on full frame or smaller",
+        "macro": "of this kind", "astro": "36 mm or wider, f/2.8 or faster", "wildlife": "290 mm or longer",
+        "travel": "a zoom of 4 times or more", "cinema": "anamorphic, or made for 16 mm film",
+        "phone": "of this kind"}        # focal lengths are those of the same view on full frame
 
 
 @hashed_once
@@ -27,7 +35,7 @@ class Card:
         film_size: (2,) tuple of float or None. Width and height of the film or sensor that the lens was made for.
         estimates: What of the prescription is not published but estimated, such as "all rims"; "" where nothing is.
         efl, tele_efl: Computed focal length; of a zoom the shortest and the longest.
-        f_number: Wide open: stated, else computed.
+        f_number, computed_f_number: Wide open: stated, else computed; and as computed.
         stated_efl: Focal length as published.
         image_circle: Diameter that the design covers, focused at infinity.
         surfaces, elements, groups, aspheres, focus_groups: What it consists of, see `Counts`; a lens without focus
@@ -47,6 +55,7 @@ class Card:
     efl: float | None = None
     tele_efl: float | None = None
     f_number: float | None = None
+    computed_f_number: float | None = None
     stated_efl: float | None = None
     image_circle: float | None = None
     surfaces: int = 0
@@ -60,6 +69,30 @@ class Card:
     def zooms(self) -> bool:
         """Whether the focal length varies."""
         return self.tele_efl is not None
+
+    @property
+    def equivalents(self) -> tuple[float, float] | None:
+        """Focal lengths (mm) of the same view on 36 × 24 mm, the shortest and the longest; None for unknown film."""
+        diagonal = hypot(*self.film_size) if self.film_size is not None else self.image_circle
+        if diagonal is None or self.efl is None:
+            return None
+        return self.efl * FULL_FRAME / diagonal, (self.tele_efl or self.efl) * FULL_FRAME / diagonal
+
+    @property
+    def uses(self) -> tuple[str, ...]:
+        """What the lens is good for, by the rules of `USES`; only what the kind says where its film is unknown."""
+        kind, is_fast = self.kind, self.f_number is not None and self.f_number <= FAST
+        wide, tele = self.equivalents or (0.0, 0.0)
+        is_plain = bool(wide) and kind not in ("fisheye", "phone lens", "enlarger or process")
+        film = self.film_size or (0.0, 0.0)
+        rules = {"portrait": is_plain and is_fast and wide <= 150.0 and tele >= 70.0 or kind == "soft focus",
+                 "landscape": is_plain and wide <= 35.0,
+                 "street": is_plain and is_fast and not self.zooms and 27.0 <= wide <= 55.0
+                 and hypot(*film) < 1.05 * FULL_FRAME,
+                 "macro": kind == "macro", "astro": 0.0 < wide <= 36.0 and is_fast and kind != "phone lens",
+                 "wildlife": is_plain and tele >= 290.0, "travel": is_plain and tele >= 4.0 * wide,
+                 "cinema": kind == "anamorphic" or film == (10.26, 7.49), "phone": kind == "phone lens"}
+        return tuple(use for use in USES if rules[use])
 
     @property
     def has_aspheres(self) -> bool:

@@ -15,10 +15,10 @@ from functools import lru_cache
 from typing import Any
 
 from lensbench.core.text import excerpt
-from lensbench.lenses.library.catalogue import Card
+from lensbench.lenses.library.catalogue import USES, Card
 
-WEIGHTS = (("title", 8.0), ("kind", 5.0), ("maker", 4.0), ("designer", 4.0), ("patent", 3.0), ("year", 3.0),
-           ("name", 2.0), ("source", 1.5), ("notes", 0.5))
+WEIGHTS = (("title", 8.0), ("kind", 5.0), ("uses", 5.0), ("maker", 4.0), ("designer", 4.0), ("patent", 3.0),
+           ("year", 3.0), ("name", 2.0), ("source", 1.5), ("notes", 0.5))
 INSIDE, AT_START, WHOLE = 1.0, 2.0, 4.0         # weight of a text within a word, at its start, and of a whole word
 PRIME, NOMINAL = 12.0, 0.05                     # of the focal length of a prime lens; an “85 mm” may have 82.45 mm
 NEAR_YEARS = 10                                 # a year also finds lenses this many years before and after it
@@ -50,10 +50,10 @@ class SearchError(ValueError):
 def searched(cards: Sequence[Card], text: str) -> tuple[Card, ...]:
     """Cards in which every word of a text occurs, the most relevant first; all cards for an empty text.
 
-    Words, or beginnings of words, of title, kind, maker, designer, patent, year, name, source and notes, in any order;
-    case, accents and commas do not count. A year also finds lenses of the ten years around it; a focal length puts
-    prime lenses before zooms whose range ends there. A word without digits that occurs nowhere is read as the word most
-    like it. Equally relevant cards keep their order.
+    Words, or beginnings of words, of title, kind, uses, maker, designer, patent, year, name, source and notes, in any
+    order; case, accents and commas do not count. A year also finds lenses of the ten years around it; a focal length
+    puts prime lenses before zooms whose range ends there. A word without digits that occurs nowhere is read as the word
+    most like it. Equally relevant cards keep their order.
     """
     words = plain(text).split()
     if not words:
@@ -99,7 +99,8 @@ def _score(card: Card, word: str) -> float:
 @lru_cache(maxsize=4096)
 def _texts(card: Card) -> tuple[tuple[float, str], ...]:
     """Weights and searched texts of a card."""
-    return tuple((weight, plain(str(getattr(card, name) or ""))) for name, weight in WEIGHTS)
+    return tuple((weight, plain(" ".join(card.uses) if name == "uses" else str(getattr(card, name) or "")))
+                 for name, weight in WEIGHTS)
 
 
 @lru_cache(maxsize=4096)
@@ -113,16 +114,20 @@ def plain(text: str) -> str:
 
 def filtered(cards: Sequence[Card], *, kind: str = "", maker: str = "", fastest: float | None = None,
              focal: tuple[float, float] | None = None, years: tuple[float, float] | None = None,
-             zooms: bool | None = None, aspheres: bool | None = None, film: str = "") -> tuple[Card, ...]:
+             zooms: bool | None = None, aspheres: bool | None = None, film: str = "", use: str = ""
+             ) -> tuple[Card, ...]:
     """Cards that pass all filters, in their order.
 
     kind, maker: a part of its kind or maker, as in "macro" or "zeiss". fastest: the slowest f-number that passes.
     focal: the range of focal lengths (mm); zooms pass whose range meets it. years: of lenses whose year is known.
     zooms, aspheres: only lenses that zoom, or have an asphere (True), or do not (False). film: a part of a name in
-    `FILMS`, or width x height in mm, of the film that the lens was made for. SearchError for a kind, maker or film that
-    no card has.
+    `FILMS`, or width x height in mm, of the film that the lens was made for. use: one of `USES`. SearchError for a
+    kind, maker, film or use that no card has.
     """
     kept = [card for card in cards if _has(card, fastest, focal, years, zooms, aspheres)]
+    if use:
+        named = set(_named("use", use, [*USES]))
+        kept = [card for card in kept if named.intersection(card.uses)]
     for what, asked, known in (("kind", kind, [card.kind for card in cards]),
                                ("maker", maker, [card.maker for card in cards])):
         if asked:

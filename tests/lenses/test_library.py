@@ -1,6 +1,7 @@
 """The library lenses: each agrees with its header, is sound, and the famous types are present."""
 
 import math
+import re
 from collections import Counter
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 import lensbench as lb
 from lensbench import lenses
 from lensbench.lenses.formats.toml_header import COUNTS
-from lensbench.lenses.library import catalogue
+from lensbench.lenses.library import catalogue, search
 from lensbench.lenses.tables.counts import counts
 from tests.each import for_each
 
@@ -56,6 +57,34 @@ def test_cards_are_in_the_order_of_the_names_and_complete():
         assert card.title and card.kind and card.source and card.efl > 0.0 and card.f_number > 0.7
         assert card.year is None or 1840 <= card.year <= 2026
         assert card.image_circle is None or card.image_circle > 5.0
+
+
+def test_a_title_is_the_name_as_sold_and_the_computed_figures_agree_with_it_or_the_notes_say_why():
+    # Markings round to usual figures, by up to 5 % of focal length and f-number
+    differing = set()
+    for card in CARDS.values():
+        marked = re.search(r"([\d.]+)(?:–([\d.]+))? mm\b", card.title)
+        assert marked, card.title
+        speed = re.search(r" f/([\d.]+)", card.title)
+        pairs = [(marked[1], card.efl), (marked[2], card.tele_efl), (speed and speed[1], card.computed_f_number)]
+        assert (marked[2] is None) == (card.tele_efl is None), card.title
+        if any(name and abs(figure / float(name) - 1.0) > 0.05 + 1e-9 for name, figure in pairs):
+            differing.add(card.name)
+            assert re.match("(Sold|Known|Named) (as|by) ", card.notes), card.title
+    assert 5 <= len(differing) <= 12        # patents scale their examples
+
+
+def test_uses_follow_from_kind_speed_and_the_view_on_full_frame():
+    uses = {name: CARDS[name].uses for name in NAMES}
+    assert uses["sony-fe-gm-ii-85-f14"] == ("portrait",) and uses["sony-fe-gm-24-f14"] == ("landscape", "astro")
+    assert uses["konica-hexar-35-f2"] == ("street",) or uses["konica-hexar-35-f2"] == ("landscape", "street", "astro")
+    assert uses["fujifilm-fujinon-xf-r-lm-wr-23-f14"] == ("street", "astro") and uses["double-gauss-100-f412"] == ()
+    assert uses["canon-rf-l-is-usm-100-500-f45"] == ("wildlife", "travel")
+    assert {use for some in uses.values() for use in some} == set(catalogue.USES)
+    for use in catalogue.USES:
+        assert len(search.filtered(list(CARDS.values()), use=use)) == sum(use in some for some in uses.values())
+    top = search.searched(list(CARDS.values()), "portrait f/1.4")
+    assert all("portrait" in card.uses for card in top[:5]) and "f/1.4" in top[0].title
 
 
 def test_the_header_of_one_lens_needs_no_other_file(monkeypatch):

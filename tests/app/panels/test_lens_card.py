@@ -20,6 +20,9 @@ def test_the_card_agrees_with_the_library(name):
     assert rows.get("Maker", "") == card.maker and rows.get("Estimated *", "") == card.estimates
     assert rows["Elements"].startswith(f"{card.elements} in {card.groups} group")
     assert rows.get("Year", "").startswith(str(card.year or ""))
+    length, speed = rows["Computed"].split(" mm  f/")
+    assert float(length.split("–")[0]) == pytest.approx(card.efl, rel=1e-3)
+    assert float(speed) == pytest.approx(card.computed_f_number, abs=0.006)
 
 
 def test_an_estimated_year_has_a_star_and_what_is_not_known_no_row():

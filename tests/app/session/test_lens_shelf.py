@@ -7,9 +7,8 @@ import pytest
 
 from lensbench import lenses
 from lensbench.app.session.lens_shelf import (
-    ERAS, FORMATS, LENGTHS, ORDERS, SPEEDS, Shelf, film_of, kinds, makers, noted, shelved, short_title
+    ERAS, FORMATS, LENGTHS, ORDERS, SPEEDS, Shelf, film_of, kinds, makers, noted, shelved
 )
-from lensbench.lenses import Card
 
 CARDS = lenses.describe()
 
@@ -68,10 +67,3 @@ def test_a_search_is_no_filter_and_clearing_keeps_it():
     shelf = Shelf(search="zeiss", kind="fisheye", order="year")
     assert shelf.is_filtered and shelf.without_filters() == replace(shelf, kind="")
     assert not shelf.without_filters().is_filtered
-
-
-def test_a_short_title_leaves_out_what_stands_beside_it():
-    assert short_title(Card("a", "Biogon 21 mm f/4.5")) == "Biogon"
-    assert short_title(Card("b", "50 mm f/2")) != ""
-    assert short_title(Card("c", "Nikon AI Zoom-Nikkor 50–135 mm f/3.5S")) == "Nikon AI Zoom-Nikkor S"
-    assert short_title(Card("d", "Phone lens 4 mm f/1.8, six elements")) == "Phone lens, six elements"

@@ -254,3 +254,23 @@ def test_favourites_and_recent_lenses_outlive_the_session(monkeypatch):
     silent.state.favourites = [BIOGON]
     silent._answer()
     assert kept == before
+
+
+def test_a_chip_shows_the_lenses_of_a_use_from_the_first_by_their_names_as_sold(drive):
+    def use(hand):
+        opened(hand)
+        state = hand.session.browsing.state
+        hand.ctx.item_click(f"{BROWSER}/Portrait")
+        hand.ctx.yield_(4)
+        cards = {card.name: card for card in lens_browsing._cards()}
+        assert state.shelf.use == "portrait" and len(state.in_sight) == sum("portrait" in card.uses
+                                                                            for card in cards.values())
+        assert all("portrait" in cards[name].uses for name in state.in_sight) and state.top == 0.0
+        hand.ctx.item_click(f"{BROWSER}/Macro")             # another one takes its place
+        hand.ctx.yield_(4)
+        assert state.shelf.use == "macro"
+        hand.ctx.item_click(f"{BROWSER}/Macro")
+        hand.ctx.yield_(4)
+        assert state.shelf.use == "" and len(state.in_sight) == len(cards)
+
+    assert drive(use).view.messages == []
