@@ -22,6 +22,7 @@ MOST_MARKS = 3_000_000          # brackets and commas of the JSON: each takes ab
 MOST_NODES = 100_000            # with the primitives of their meshes
 MOST_SPARSE = 1 << 24           # numbers of accessors that other numbers replace
 REPEATED = 10497                # a sampler's wrap
+SHARPEST = 0.01                 # of the gloss of a coat: rougher ones look like it
 BEYOND = 0.01                   # of a picture, where the wrap does not count
 KINDS = {5120: "i1", 5121: "u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT4": 16}
@@ -341,7 +342,7 @@ class _Gltf:
     # Colours
 
     def _look(self, primitive: Object, column: Any) -> tuple[Look, np.ndarray | None]:
-        """Base colour, its picture, and the places of the vertices in it."""
+        """Base colour, its picture and coat, and the positions of the vertices in the picture."""
         if "material" not in primitive:
             return Look(WHITE), None
         material = self.item("materials", primitive["material"])
@@ -352,8 +353,12 @@ class _Gltf:
             paint, factor, texture = glossy, "diffuseFactor", "diffuseTexture"
         red, green, blue = map(float, np.clip(_numbers(paint, factor, 4, [1.0] * 4)[:3], 0.0, 1.0))
         colour = red, green, blue
+        varnish = _get(_get(material, "extensions", dict, {}), "KHR_materials_clearcoat", dict, {})
+        (amount,), (roughness,) = (_numbers({name: [varnish.get(name, 0.0)]}, name, 1)
+                                   for name in ("clearcoatFactor", "clearcoatRoughnessFactor"))
+        coat = float(np.clip(1.0 - roughness, SHARPEST, 1.0)) if amount >= 0.5 else None
         if texture not in paint:
-            return Look(colour), None
+            return Look(colour, coat=coat), None
         info = _get(paint, texture, dict)
         change = _get(_get(info, "extensions", dict, {}), "KHR_texture_transform", dict, {})
         name = f"TEXCOORD_{_get(change, 'texCoord', int, _get(info, 'texCoord', int, 0))}"
@@ -371,7 +376,7 @@ class _Gltf:
         for axis, side in enumerate(("wrapS", "wrapT")):
             if _get(sampler, side, int, REPEATED) != REPEATED and np.abs(uv[:, axis] - 0.5).max() > 0.5 + BEYOND:
                 raise lb.SceneError(f"a texture is clamped or mirrored beyond its border ({side}): make it repeat")
-        return Look(colour, self._picture(texture_of)), np.stack([uv[:, 0], 1.0 - uv[:, 1]], 1)
+        return Look(colour, self._picture(texture_of), coat), np.stack([uv[:, 0], 1.0 - uv[:, 1]], 1)
 
     def _picture(self, texture: Object) -> int:
         """The number of the image of a texture, whose bytes are then among the pictures of the file."""

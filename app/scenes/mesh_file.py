@@ -120,7 +120,8 @@ def _placed(pieces: list[Piece], images: dict, mm: float, name: str, pose: Pose,
             normals = _smoothed(vertices, piece.faces)
         image = images.get(piece.look.picture)
         pattern = None if image is None else lb.Pattern("image", image=image)
-        own = material or lb.Material(piece.look.colour, pattern=pattern)
+        kind, gloss = ("matte", 1.0) if piece.look.coat is None else ("coat", piece.look.coat)
+        own = material or lb.Material(piece.look.colour, kind, gloss, pattern)
         try:
             meshes.append(lb.Mesh.of(vertices, piece.faces, own, normals=normals, uv=piece.uv, colours=piece.colours,
                                     name=Path(name).stem))

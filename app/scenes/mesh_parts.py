@@ -37,10 +37,11 @@ def of_looks() -> Iterator[None]:
 
 
 class Look(NamedTuple):
-    """Linear colour, and the name of the picture among those of its `MeshFile`."""
+    """Linear colour, the name of the picture among those of its `MeshFile`, and the gloss of a clear coat over it."""
 
     colour: tuple[float, float, float] = GREY
     picture: Any = None
+    coat: float | None = None               # None: without
 
 
 class Piece(NamedTuple):

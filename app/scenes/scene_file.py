@@ -29,6 +29,7 @@ from lensbench.lenses.file_error import open_regular
 
 MOST_BYTES = 1 << 20                    # of a scene file
 MOST_OBJECTS = 2000
+SHIPPED = Path(__file__).parent / "shipped"
 
 
 class SceneFileError(ValueError):
@@ -98,6 +99,11 @@ def _texture_names(value: Any) -> Iterator[str]:
         yield from (value[key] for key in ("texture", "image", "file", "depth") if isinstance(value.get(key), str))
     for item in value.values() if isinstance(value, dict) else value if isinstance(value, list) else ():
         yield from _texture_names(item)
+
+
+def shipped_scene(name: str) -> lb.Scene:
+    """A scene that lensbench ships as a file, by its name."""
+    return load_scene(SHIPPED / f"{name}.toml")
 
 
 def load_scene(path: str | Path) -> lb.Scene:

@@ -38,7 +38,7 @@ from lensbench.app.workers.task import Task, lower_priority, thread_count
 from lensbench.lenses.library import catalogue
 from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 
-THUMBNAIL = "2"                 # the look of a thumbnail: another one draws all of them again
+THUMBNAIL = "3"                 # the look of a thumbnail: another one draws all of them again
 DAYS = 30                       # that an unused file is kept
 PROCESSES = min(4, thread_count())      # for thumbnails. Each loads the library: 150 MB
 # Of one thread each: set-up holds the GIL for half of the time of a thumbnail
@@ -251,13 +251,13 @@ def _write(path: str, codes: Pixels) -> None:
 
 
 LONGER_SIDE = 192               # pixels
-SAMPLES = 12
+SAMPLES = 10
 
 
 def thumbnail_settings(name: str) -> Settings:
-    """A lens at its best before the still life, in the d line."""
-    small = with_longer_side(Settings(lens_model="trace", dispersion="off", samples=SAMPLES), LONGER_SIDE)
-    return with_lens(small, name)
+    """A lens at its best before a person, in the d line."""
+    plain = Settings(scene="portrait", lens_model="trace", dispersion="off", samples=SAMPLES)
+    return with_lens(with_longer_side(plain, LONGER_SIDE), name)
 
 
 def thumbnail(name: str, pool: Executor, threads: int) -> Pixels:

@@ -1,14 +1,15 @@
 """The built-in scenes by name, and the scenes of the speed figures."""
 
 import math
-from functools import cache
+from collections.abc import Callable
+from functools import cache, partial
 
 import numpy as np
 
+from lensbench.core.lazy import called
 from lensbench.core.scenery.builtin.charts import focus_ruler, grid_wall, resolution_chart, white_wall
 from lensbench.core.scenery.builtin.indoors import room, still_life
 from lensbench.core.scenery.builtin.outdoors import fairground, foliage
-from lensbench.core.scenery.builtin.portrait import portrait
 from lensbench.core.scenery.builtin.streets import dusk_street, night_lights
 from lensbench.core.scenery.objects.basic_shapes import Sphere
 from lensbench.core.scenery.objects.material import Material
@@ -16,9 +17,12 @@ from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
 from lensbench.core.scenery.scene import Scene
 from lensbench.core.scenery.values import SceneError
 
-_MAKERS = {"still-life": still_life, "night-lights": night_lights, "focus-ruler": focus_ruler, "grid-wall": grid_wall,
-           "white-wall": white_wall, "room": room, "fairground": fairground, "portrait": portrait, "foliage": foliage,
-           "dusk-street": dusk_street, "test-chart": resolution_chart}
+SHIPPED = ("portrait",)                 # scene files of the application, which are read when they are first used
+_MAKERS: dict[str, Callable[[], Scene]] = {
+    "still-life": still_life, "night-lights": night_lights, "focus-ruler": focus_ruler, "grid-wall": grid_wall,
+    "white-wall": white_wall, "room": room, "fairground": fairground, "foliage": foliage, "dusk-street": dusk_street,
+    "test-chart": resolution_chart,
+    **{name: partial(called, "app.scenes.scene_file", "shipped_scene", name) for name in SHIPPED}}
 SCENES = tuple(_MAKERS)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.app.scenes.gltf_file import SHARPEST
 from lensbench.app.scenes.scene_file import SceneFileError, load_scene
 from tests.app.scenes.mesh_files import CORNERS, PLACES, Tree, pictured
 
@@ -44,6 +45,22 @@ def test_colours_of_vertices_colour_and_picture_of_a_material_count_together(tmp
     mesh, = load(tmp_path, tree)
     assert mesh.material.colour == pytest.approx((0.25, 0.5, 0.123456), abs=1e-9)      # not in steps of 1/255
     assert mesh.material.pattern is not None and np.frombuffer(mesh.colours, np.float32) == pytest.approx(0.75)
+
+
+@pytest.mark.parametrize(("varnish", "kind", "gloss"), [
+    ({}, "matte", 1.0), ({"clearcoatFactor": 0.4}, "matte", 1.0), ({"clearcoatFactor": 1}, "coat", 1.0),
+    ({"clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.375}, "coat", 0.625),
+    ({"clearcoatFactor": 0.5, "clearcoatRoughnessFactor": 1}, "coat", SHARPEST)])
+def test_a_clear_coat_covers_the_colour_of_its_material_alone(tmp_path, varnish, kind, gloss):
+    tree = triangle()
+    tree.tree["materials"] = [{"pbrMetallicRoughness": {"baseColorFactor": [0.25, 0.5, 0.75, 1.0]},
+                               "extensions": {"KHR_materials_clearcoat": varnish}}]
+    tree.tree["meshes"][0]["primitives"][0]["material"] = 0
+    material = load(tmp_path, tree)[0].material
+    assert material == lb.Material((0.25, 0.5, 0.75), kind, gloss)
+    with pytest.raises(SceneFileError, match="clearcoatFactor"):
+        tree.tree["materials"][0]["extensions"]["KHR_materials_clearcoat"] = {"clearcoatFactor": "much"}
+        load(tmp_path, tree)
 
 
 @pytest.mark.parametrize(("dtype", "most"), [("u2", 65535), ("i2", 32767), ("u1", 255), ("i1", 127)])
