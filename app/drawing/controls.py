@@ -20,14 +20,15 @@ def chord(*keys: imgui.Key) -> int:
 
 
 def number(label: str, value: float, bounds: tuple[float, float], step: float, form: str, tip: str,
-           width: float = 4.6) -> float:
+           width: float = 4.6, indent: float = 0.0) -> float:
     """Draw a field after its dim label; returns the value, within its bounds.
 
-    bounds: least and greatest value. step: change per pixel. form: printf format with the unit. width: in em.
+    bounds: least and greatest value. step: change per pixel. form: printf format with the unit. width: in em. indent:
+    of the field, in em; 0: it follows the label.
     """
     imgui.align_text_to_frame_padding()
     imgui.text_disabled(label)
-    imgui.same_line(0.0, theme.em(0.4))
+    imgui.same_line(theme.em(indent), 0.0 if indent else theme.em(0.4))
     imgui.set_next_item_width(theme.em(width))
     _, value = imgui.drag_float(f"###{label}", value, step, *bounds, form, imgui.SliderFlags_.always_clamp)
     imgui.set_item_tooltip(f"{tip}\nDrag sideways, Alt for fine steps; double-click to type")

@@ -50,11 +50,11 @@ ACTION_NAMES: dict[str, Named] = {
     "Keys and mouse": Named("F1 or ?", FILES),
     "What the terms mean": Named(),
     "Lens browser…": Named("L", FILES),
-    "Open lens…": Named("Ctrl+O", FILES),
-    "Open scene…": Named(),
-    "Open picture…": Named(tip="Apply the settings stored in a picture by lensbench"),
-    "Open settings…": Named(),
-    "Open light field…": Named(),
+    "Open…": Named("Ctrl+O", FILES, "Open a lens, a scene, a mesh, a sky, a photograph with depth, settings, a picture "
+                   "with its settings, or a light field; a file can also be dropped on the window"),
+    "Adjust scene…": Named(tip="Height, turn and material of an opened mesh; turn and brightness of a sky; depth of a "
+                               "photograph"),
+    "Save scene as…": Named(tip="Write the scene as a scene file, with copies of the files that it names elsewhere"),
     "Save lens…": Named(),
     "Save lens edits": Named("Ctrl+Shift+S", FILES, "Save to the file the lens was opened from; a library lens gets a "
                              "file of its own"),

@@ -1,7 +1,7 @@
 """Files that settings and scenes name: their stamps and caches, where they may lie, and textures as linear light.
 
-A scene names files next to it or below. The stamp of a file is a key of caches, which keep the last good content while
-the file cannot be read.
+A scene names files next to it or below; one that the program has written in its own folder names any. The stamp of a
+file is a key of caches, which keep the last good content while the file cannot be read.
 """
 
 import math
@@ -21,15 +21,27 @@ from lensbench.core.text import excerpt
 from lensbench.lenses.picture_file import PictureFileError, read_picture_file
 
 
+def user_folder(variable: str, otherwise: str) -> Path:
+    """The user's folder `lensbench` of an XDG variable, or in `otherwise` below the home; it may not exist yet."""
+    base = os.environ.get(variable)
+    return (Path(base) if base else Path("~").expanduser() / otherwise) / "lensbench"
+
+
+def own_scenes() -> Path:
+    """The resolved folder of the scenes that the program writes around files of the user; it may not exist yet."""
+    return (user_folder("XDG_DATA_HOME", ".local/share") / "scenes").resolve()
+
+
 def asset_path(name: str, folder: Path, what: str, most_bytes: int) -> Path:
     """The path of a file that a scene in `folder` names, called `what`; SceneError if missing, too large, elsewhere."""
-    if Path(name).is_absolute() or "\0" in name:
+    own = folder == own_scenes()
+    if Path(name).is_absolute() and not own or "\0" in name:
         raise lb.SceneError(f"{what} {excerpt(name)}: name it relative to the scene file")
     try:
         path = (folder / name).resolve(strict=True)
     except (OSError, RuntimeError) as error:
         raise lb.SceneError(f"{what} {excerpt(name)}: there is no such file") from error
-    if not path.is_relative_to(folder):
+    if not (own or path.is_relative_to(folder)):
         raise lb.SceneError(f"{what} {excerpt(name)} lies outside the folder of the scene: put it next to the file or "
                             "below")
     if not path.is_file():

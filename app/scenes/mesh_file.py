@@ -29,12 +29,14 @@ DAMAGE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, M
 
 
 class Pose(NamedTuple):
-    """Rotation (3, 3), factor and position (mm) of the origin of a mesh file."""
+    """Rotation (3, 3), factor and position (mm) of the origin of a mesh file; or a height and where its foot stands."""
 
     rotation: np.ndarray
     scale: float | None         # mm of a unit of the file; None: as the format says
     size: float | None          # mm of the longest side of its box, instead of a scale
     position: tuple[float, float, float]
+    height: float | None = None             # mm of its box along y, once rotated, instead of a scale
+    foot: tuple[float, float, float] | None = None      # where the middle of the lowest side of that box stands, mm
 
 
 def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None, smooth: bool) -> list[lb.Mesh]:
@@ -47,7 +49,8 @@ def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None,
     kind = path.suffix[1:].lower()
     if kind not in READERS:
         raise lb.SceneError(f"mesh {excerpt(name)}: choose a file of the kinds {', '.join(READERS)}")
-    file = MeshFile(path, folder, plain=material is not None)
+    bound = folder if path.is_relative_to(folder) else path.parent      # of what the mesh itself names
+    file = MeshFile(path, bound, plain=material is not None)
     try:
         with np.errstate(all="ignore"):             # what is not finite is refused below
             pieces = _joined([piece for piece in READERS[kind](file) if len(piece.faces)])
@@ -59,6 +62,13 @@ def read_mesh(name: str, folder: Path, pose: Pose, material: lb.Material | None,
         raise lb.SceneError(f"mesh {excerpt(name)}: {error}{advice}") from error
     except DAMAGE as error:
         raise lb.SceneError(f"mesh {excerpt(name)} is damaged, or no file of the kind {kind}") from error
+
+
+def mesh_files(path: Path) -> list[Path]:
+    """The files that a mesh file names, below its own folder; SceneError."""
+    file = MeshFile(path, path.parent, plain=False)
+    list(READERS[path.suffix[1:].lower()](file))
+    return [path.parent / name for name in file.names]
 
 
 def _joined(pieces: list[Piece]) -> list[Piece]:
@@ -112,9 +122,20 @@ def _placed(pieces: list[Piece], images: dict, mm: float, name: str, pose: Pose,
         if not longest > 0.0:
             raise lb.SceneError("has no size that a factor could change")
         scale = pose.size / longest
+    position = np.asarray(pose.position)
+    if pose.height is not None or pose.foot is not None:
+        lows, highs = zip(*((turned.min(0), turned.max(0)) for turned in (
+            piece.vertices @ pose.rotation.T for piece in pieces)), strict=True)
+        low, high = np.min(lows, 0), np.max(highs, 0)
+        if pose.height is not None:
+            if not high[1] > low[1]:
+                raise lb.SceneError("has no height that a factor could change")
+            scale = pose.height / float(high[1] - low[1])
+        if pose.foot is not None:
+            position = pose.foot - scale * np.array([0.5 * (low[0] + high[0]), low[1], 0.5 * (low[2] + high[2])])
     meshes = []
     for piece in pieces:
-        vertices = scale * piece.vertices @ pose.rotation.T + np.asarray(pose.position)
+        vertices = scale * piece.vertices @ pose.rotation.T + position
         normals = piece.normals @ pose.rotation.T if piece.normals is not None else None
         if normals is None and smooth:
             normals = _smoothed(vertices, piece.faces)

@@ -82,6 +82,11 @@ class MeshFile:
             self._files[name] = path.read_bytes()
         return self._files[name]
 
+    @property
+    def names(self) -> list[str]:
+        """The names of the files that were read for the mesh, relative to its own place."""
+        return list(self._files)
+
     def count(self, triangles: int) -> None:
         """Take so many more triangles; SceneError where a small file claims many."""
         self.triangles += triangles

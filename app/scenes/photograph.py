@@ -189,6 +189,13 @@ UNREADABLE = ("of phones, JPEG files with a GDepth map and HEIC portraits are re
               "Dynamic Depth are not: save the map as PNG, and name it as depth")
 
 
+def carries_depth(path: Path) -> bool:
+    """Whether a file is to be read as a phone's photograph with its own depth map; OSError."""
+    with open_regular(path) as file:
+        data = file.read(MOST_PHONE_BYTES)
+    return is_heic(data[:12]) or data.startswith(b"\xff\xd8") and b"GDepth:" in data
+
+
 def read_phone_photograph(name: str, folder: Path) -> PhonePhotograph:
     """A photograph of a phone with the depth map in its file, turned upright; SceneError in one line."""
     path = asset_path(name, folder, "photograph", MOST_PHONE_BYTES)

@@ -249,11 +249,13 @@ def _disk(t: Table, common: dict[str, Reader]) -> lb.Disk:
 
 def _mesh(t: Table, material: Reader, folder: Path) -> list[lb.Mesh]:
     values = fields_of(t, "a mesh", {"file": text, "position": point, "rotation": partial(numbers, read=angle),
-                                      "scale": number, "unit": unit, "size": length, "smooth": truth,
-                                      "material": material}, ("file",))
-    if "size" in values and ("scale" in values or "unit" in values):
-        raise lb.SceneError("a mesh has a size, or a unit and a scale, not both")
-    for name in ("size", "scale"):
+                                      "scale": number, "unit": unit, "size": length, "height": length,
+                                      "foot": point, "smooth": truth, "material": material}, ("file",))
+    if sum(bool(names & set(values)) for names in ({"size"}, {"height"}, {"scale", "unit"})) > 1:
+        raise lb.SceneError("a mesh has a size, a height, or a unit and a scale: choose one")
+    if "foot" in values and "position" in values:
+        raise lb.SceneError("a mesh has the position of its origin or of its foot, not both")
+    for name in ("size", "height", "scale"):
         if name in values and not values[name] > 0.0:
             raise lb.SceneError(f"{name} must be positive")
     scale = None
@@ -262,7 +264,7 @@ def _mesh(t: Table, material: Reader, folder: Path) -> list[lb.Mesh]:
     elif "scale" in values:
         scale = values["scale"] * MM.get(Path(values["file"]).suffix[1:].lower(), 1.0)
     pose = Pose(rotation(*values.get("rotation", (0.0, 0.0, 0.0))), scale, values.get("size"),
-                values.get("position", (0.0, 0.0, 0.0)))
+                values.get("position", (0.0, 0.0, 0.0)), values.get("height"), values.get("foot"))
     return read_mesh(values["file"], folder, pose, values.get("material"), values.get("smooth", False))
 
 

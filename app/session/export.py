@@ -123,18 +123,25 @@ def _joined(shape: tuple[int, int], bands: Iterable[np.ndarray]) -> np.ndarray:
 def read_settings(path: str | Path) -> Settings:
     """The settings of an exported picture; ExportError: there are none, newer ones, or a damaged file."""
     path = Path(path)
+    text = carried_text(path)
+    if text is None:
+        raise ExportError(f"{path}: this picture holds no settings: it was not exported by lensbench")
+    return settings_of(text, path)
+
+
+def carried_text(path: Path) -> str | None:
+    """The JSON of the settings that a picture carries, None where it carries none; ExportError for a damaged file."""
     try:
         with open_regular(path) as file:
             signature = file.read(len(PNG_SIGNATURE))
             if signature == PNG_SIGNATURE:
-                text = _png_text(file, path)
-            elif signature.startswith(EXR_SIGNATURE):
-                text = exr_attribute(file, KEY)
-            elif signature.startswith(picture_formats.SIGNATURES):
+                return _png_text(file, path)
+            if signature.startswith(EXR_SIGNATURE):
+                return exr_attribute(file, KEY)
+            if signature.startswith(picture_formats.SIGNATURES):
                 file.seek(0)
-                text = picture_formats.read_comment(file, KEY)
-            else:
-                raise ExportError(f"{path}: this is neither a PNG nor an EXR nor a PPM picture")
+                return picture_formats.read_comment(file, KEY)
+            raise ExportError(f"{path}: this is neither a PNG nor an EXR nor a PPM picture")
     except HeaderError as error:
         raise ExportError(f"{path}: this EXR is cut off or damaged: {error}") from error
     except OSError as error:
@@ -143,10 +150,6 @@ def read_settings(path: str | Path) -> Settings:
         if isinstance(error, ExportError):
             raise
         raise ExportError(f"{path}: not a file name") from error
-    if text is None:
-        raise ExportError(f"{path}: this picture holds no settings: it was not exported by lensbench; a scene "
-                          "file shows photographs: docs/scenes.md")
-    return settings_of(text, path)
 
 
 def settings_of(text: str, path: Path) -> Settings:

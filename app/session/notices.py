@@ -82,16 +82,14 @@ class Request(Enum):
     EXPORT = auto()
 
     # Files to open
-    OPEN_LENS = auto()
-    OPEN_SCENE = auto()
-    OPEN_PICTURE = auto()
-    OPEN_SETTINGS = auto()
-    OPEN_LIGHT_FIELD = auto()
+    OPEN = auto()                       # of any kind
+    CHOOSE_DEPTH = auto()               # of a photograph
     OPEN_STOP_IMAGE = auto()
 
     # Files to save
     SAVE_LENS = auto()
     SAVE_EDITED = auto()                # the edited lens, in its own file
+    SAVE_SCENE = auto()
     SAVE_SETTINGS = auto()
     SAVE_INTRINSICS = auto()
     SAVE_RENDER = auto()
@@ -109,6 +107,7 @@ class Request(Enum):
     COMPARE = auto()                    # render the same picture with the camera
 
     # The window
+    ADJUST_SCENE = auto()               # show the form of an opened mesh, sky or photograph
     BROWSE_LENSES = auto()
     IMPROVE_LENS = auto()
     RESET_LAYOUT = auto()

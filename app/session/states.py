@@ -28,6 +28,8 @@ from pathlib import Path
 from time import time
 from typing import Any
 
+from lensbench.app.scenes.asset_files import user_folder
+from lensbench.app.scenes.scene_writer import toml_value
 from lensbench.app.session.export import read_settings, replacing, runs
 from lensbench.app.settings.setting import SettingsError, spec
 from lensbench.app.settings.settings import PICTURES, VERSION, Settings, differences
@@ -39,12 +41,6 @@ WORDS = {field.name: spec(field).none for field in fields(Settings) if spec(fiel
 LONGEST = 1 << 20               # bytes read at most
 
 
-def user_folder(variable: str, otherwise: str) -> Path:
-    """The user's folder `lensbench` of an XDG variable, or in `otherwise` below the home; it may not exist yet."""
-    base = os.environ.get(variable)
-    return (Path(base) if base else Path("~").expanduser() / otherwise) / "lensbench"
-
-
 def snapshots_folder() -> Path:
     """The folder of the snapshots."""
     return user_folder("XDG_DATA_HOME", ".local/share") / "snapshots"
@@ -53,7 +49,7 @@ def snapshots_folder() -> Path:
 def save_settings(path: str | Path, settings: Settings) -> None:
     """Write all settings, completely or not at all; ExportError if the file cannot be written."""
     values = {"version": VERSION, **asdict(settings)}
-    lines = (f"{name} = {_toml(WORDS[name] if value is None else value)}\n" for name, value in values.items())
+    lines = (f"{name} = {toml_value(WORDS[name] if value is None else value)}\n" for name, value in values.items())
     with replacing(checked_path(path)) as temporary:
         temporary.write_text(HEAD + "".join(lines), encoding="utf-8")
 
@@ -90,16 +86,6 @@ def checked_path(path: str | Path) -> Path:
     if Path(path).suffix.lower() != ".toml":
         raise SettingsError(f"{path}: settings are written as .toml")
     return Path(path)
-
-
-def _toml(value: Any) -> str:
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(_toml(item) for item in value)}]"
-    return repr(value)
 
 
 def _where(plain: dict[str, Any], text: str) -> str:

@@ -12,6 +12,7 @@ from lensbench.app.bench.pose import LookAround
 from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.action_names import ACTION_NAMES, Named
 from lensbench.app.panels.image.overlays import toggle_magnifier
+from lensbench.app.scenes.scene_writer import is_own
 from lensbench.app.session.edited_lens import reverted
 from lensbench.app.session.notices import Request
 from lensbench.app.settings.setting_table import VIEWS
@@ -175,9 +176,8 @@ RUNS: dict[str, Callable[[WindowState], None] | Request] = {
     "Show difference": _compare("difference"), "Lock A's dials to B": _lock, "Pause": Request.PAUSE,
     "Restart render": Request.RESTART, "Undo": undo, "Redo": redo, "Command palette…": Request.SHOW_PALETTE,
     "Keys and mouse": Request.SHOW_HELP, "What the terms mean": Request.SHOW_TERMS,
-    "Lens browser…": Request.BROWSE_LENSES, "Open lens…": Request.OPEN_LENS, "Open scene…": Request.OPEN_SCENE,
-    "Open picture…": Request.OPEN_PICTURE, "Open settings…": Request.OPEN_SETTINGS,
-    "Open light field…": Request.OPEN_LIGHT_FIELD, "Save lens…": Request.SAVE_LENS,
+    "Lens browser…": Request.BROWSE_LENSES, "Open…": Request.OPEN, "Adjust scene…": Request.ADJUST_SCENE,
+    "Save scene as…": Request.SAVE_SCENE, "Save lens…": Request.SAVE_LENS,
     "Save lens edits": Request.SAVE_EDITED, "Revert lens": lambda state: state.take(reverted(state.edited)),
     "Improve lens…": Request.IMPROVE_LENS,
     "Save settings…": Request.SAVE_SETTINGS, "Export…": Request.EXPORT, "Save picture…": Request.SAVE_RENDER,
@@ -191,6 +191,7 @@ ENABLED: dict[str, Callable[[WindowState], bool]] = {
     "Undo": lambda state: state.history.can_undo, "Redo": lambda state: state.history.can_redo,
     "Save lens…": lambda state: state.history.present.has_lens,
     "Improve lens…": lambda state: state.history.present.has_lens,
+    "Adjust scene…": lambda state: is_own(state.history.present.scene),
     "Save lens edits": _is_edited, "Revert lens": _is_edited,
     "Pin pixel": lambda state: state.view.links.pinned is not None or state.view.pointed is not None}
 CHECKED: dict[str, Callable[[WindowState], bool]] = {

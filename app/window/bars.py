@@ -112,9 +112,9 @@ def _trials(state: WindowState) -> None:
 
 SEPARATOR = ""
 MENUS: dict[str, tuple[str | Callable[[WindowState], None], ...]] = {
-    "File": ("Lens browser…", "Open lens…", "Open scene…", "Open picture…", "Open settings…", "Open light field…",
-             _recent, SEPARATOR, "Save lens…", "Save lens edits", "Revert lens", "Save settings…", "Export…",
-             "Save picture…", "Save screenshot…", SEPARATOR, "Quit"),
+    "File": ("Lens browser…", "Open…", _recent, "Adjust scene…", SEPARATOR, "Save lens…", "Save lens edits",
+             "Revert lens", "Save scene as…", "Save settings…", "Export…", "Save picture…", "Save screenshot…",
+             SEPARATOR, "Quit"),
     "Edit": ("Undo", "Redo", SEPARATOR, "Command palette…", "Improve lens…", "Reset all"),
     "View": (_layouts, _panels, SEPARATOR, "Pin pixel", "Magnifier", "Reset camera", SEPARATOR, "Dark theme",
              "Light theme", SEPARATOR, "Reset layout"),
@@ -180,10 +180,10 @@ def _keys(title: str, rows: Sequence[tuple[str, str]]) -> None:
 
 
 def status_bar(settings: Settings, update: RenderUpdate | None, view: View, drawn_by: str = "",
-               exporting: Task | None = None) -> None:
+               background: Task | None = None) -> None:
     """Draw into the bar that hello_imgui has begun.
 
-    drawn_by: the software renderer; "": a graphics card draws. exporting: the export under way.
+    drawn_by: the software renderer; "": a graphics card draws. background: the export or the opening under way.
     """
     colour, dot = theme.colours(), theme.em(0.9)
     theme.small()
@@ -195,9 +195,9 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View, draw
 
     # From the right: the lens, and the pixel under the mouse
     left, right = window.x + theme.em(0.78), window.x + width - theme.em(0.9)
-    if exporting is not None:
+    if background is not None:
         imgui.set_cursor_screen_pos(ImVec2(left, y - imgui.get_style().frame_padding.y))
-        task_progress(exporting, min(theme.em(26.0), 0.5 * width))
+        task_progress(background, min(theme.em(26.0), 0.5 * width))
         left += min(theme.em(26.0), 0.5 * width) + dot
     summary = choice_summary(update.choice, update.speeds) if update is not None and update.choice is not None else []
     parts = [summary[0] if summary else settings.camera_title, *_progress(update, drawn_by)]

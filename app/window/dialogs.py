@@ -5,6 +5,7 @@ window. Both answer in a later frame.
 """
 
 import os
+import re
 import shutil
 import sys
 from collections.abc import Callable, Sequence
@@ -45,6 +46,18 @@ def has_native_dialog() -> bool:
     return bool(shown) and any(shutil.which(helper) for helper in HELPERS)
 
 
+def pictures_folder() -> Path:
+    """The user's folder of pictures, else the home, else the root: the first that can be read."""
+    named = Path("~/.config/user-dirs.dirs").expanduser()
+    try:
+        stated = re.search(r'^XDG_PICTURES_DIR="(.+)"', named.read_text(errors="replace"), re.MULTILINE)
+    except OSError:
+        stated = None
+    places = [Path(stated[1].replace("$HOME", str(Path.home())))] if stated else []
+    return next((folder for folder in (*places, Path.home() / "Pictures", Path.home())
+                 if folder.is_dir() and os.access(folder, os.R_OK)), Path("/"))
+
+
 @dataclass(frozen=True)
 class Question:
     """What a file dialog asks for."""
@@ -64,8 +77,7 @@ class FilePrompt:
         self._request: Request | None = None
         self._question: Question | None = None
         self._dialog: Any = None
-        home = Path.home() if os.access(Path.home(), os.R_OK) else Path("/")
-        self._folder = home
+        self._folder = pictures_folder()
         self._text = ""
         self._open = False
         self._problem = ""
@@ -223,7 +235,7 @@ class ExportDialog:
     """Export: the current picture at once, or any size and number of samples rendered in the background."""
 
     def __init__(self, wake: Callable[[], None] = lambda: None):
-        self.path = Path("lensbench.png").resolve()
+        self.path = Path("lensbench.png")       # relative until a folder is known
         self.wants_path = False                 # Browse was pressed
         self.wants_current: tuple[Path, int] | None = None      # path and bits of the current picture, to be saved
         self._settings: Settings | None = None
@@ -242,8 +254,12 @@ class ExportDialog:
         """Whether an export is under way."""
         return self._task is not None and not self._task.done
 
-    def open(self, settings: Settings, follows: bool = False) -> None:
-        """Show the dialog for these settings. follows: their pixels are those of the window, often too few to keep."""
+    def open(self, settings: Settings, follows: bool, folder: Path) -> None:
+        """Show the dialog for these settings. follows: their pixels are those of the window, often too few to keep.
+
+        folder: of the first export.
+        """
+        self.path = folder / self.path          # an absolute path stays
         if follows and max(settings.pixels_x, settings.pixels_y) < USUAL:
             settings = with_longer_side(settings, USUAL)
         self._settings, self._open = settings, True

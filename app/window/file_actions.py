@@ -4,8 +4,7 @@ A message above the picture says what cannot be opened; the settings then stay a
 """
 
 import json
-import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -16,35 +15,36 @@ from lensbench import lenses
 from lensbench.app.bench.build import stop_picture, with_readable_stop
 from lensbench.app.bench.constraints import constrained
 from lensbench.app.bench.lens_choice import with_lens, with_scene
-from lensbench.app.panels.controls.controls import lens_title
+from lensbench.app.panels.controls.controls import lens_title, scene_title
+from lensbench.app.scenes.opened_scenes import is_balls
+from lensbench.app.scenes.photograph import carries_depth
+from lensbench.app.scenes.scene_file import cached_scene
+from lensbench.app.scenes.scene_writer import own_scene, save_scene, scene_table
 from lensbench.app.session.edited_lens import can_save_in_place, save_document
+from lensbench.app.session.file_kinds import PHOTOGRAPHS, SUFFIXES as OPENED, file_kind
 from lensbench.app.session.notices import Request
 from lensbench.app.session.snapshots import cleaned
 from lensbench.app.settings.settings import Settings
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.dialogs import ExportDialog, FilePrompt, Question
+from lensbench.app.window.scene_form import Mesh, Opened, Photograph, SceneForm, Sky, same_size
 from lensbench.app.window.state import WindowState
-from lensbench.lenses import READERS, WRITERS
-from lensbench.lenses.file_error import open_regular
+from lensbench.app.workers.task import Task
+from lensbench.lenses import WRITERS
 from lensbench.lenses.stop_picture import SUFFIXES
 
-MOST_READ = 1 << 20             # bytes of a .toml file to know its kind: no kind has more
 RECENT = 8                      # files that are remembered
-PICTURES = (".png", ".exr", ".ppm")                      # that carry their settings
-SAVED = (*PICTURES, ".pfm")
-OF_SCENES = (".obj", ".ply", ".gltf", ".glb", ".jpg", ".jpeg", ".heic", ".tif", ".tiff", ".webp", ".bmp", ".hdr")
+SAVED = (".png", ".exr", ".ppm", ".pfm")
 QUESTIONS = {
-    Request.OPEN_LENS: Question("Open lens", "Lens files", tuple(READERS)),
+    Request.OPEN: Question("Open", "Lenses, scenes, meshes, skies, photographs, settings, light fields", OPENED),
+    Request.CHOOSE_DEPTH: Question("Choose the depth map", "Depth maps", (".exr", *PHOTOGRAPHS)),
     Request.SAVE_LENS: Question("Save the lens", "Lens files", tuple(WRITERS), True),
-    Request.OPEN_SCENE: Question("Open scene", "Scene files", (".toml",)),
-    Request.OPEN_PICTURE: Question("Open the settings of a picture", "Pictures by lensbench", PICTURES),
-    Request.OPEN_SETTINGS: Question("Open settings", "Settings", (".toml",)),
+    Request.SAVE_SCENE: Question("Save the scene", "Scene files", (".toml",), True),
     Request.SAVE_SETTINGS: Question("Save the settings", "Settings", (".toml",), True, "settings.toml"),
     Request.SAVE_INTRINSICS: Question("Save the intrinsics", "JSON", (".json",), True, "camera.json"),
     Request.SAVE_RENDER: Question("Save the picture", "Pictures", SAVED, True, "lensbench.png"),
     Request.SAVE_WINDOW: Question("Save a picture of the window", "PNG", (".png",), True, "lensbench-window.png"),
     Request.OPEN_STOP_IMAGE: Question("Choose a picture for the stop", "Pictures", SUFFIXES),
-    Request.OPEN_LIGHT_FIELD: Question("Open a light field", "Light fields", (".npz",)),
     Request.SAVE_LIGHT_FIELD: Question("Save the light field", "Light fields", (".npz",), True, "field.npz"),
     Request.SAVE_REFOCUSED: Question("Save the picture of the light field", "Pictures", SAVED, True, "refocused.png"),
     **{request: Question("Save the plot", "Plots and tables", (suffix, *others), True, f"analysis{suffix}")
@@ -54,8 +54,6 @@ QUESTIONS = {
     Request.SAVE_CARD: Question("Save the card", "PNG", (".png",), True, "card.png"),
     Request.CHOOSE_EXPORT_PATH: Question("Export to", "Pictures", SAVED, True, "lensbench.png"),
 }
-KINDS = {Request.OPEN_LENS: "lens", Request.OPEN_SCENE: "scene", Request.OPEN_PICTURE: "picture",
-         Request.OPEN_SETTINGS: "settings", Request.OPEN_LIGHT_FIELD: "light field"}
 
 
 class Files:
@@ -64,6 +62,8 @@ class Files:
     def __init__(self, state: WindowState, export: ExportDialog, analyses: Analyses):
         self._state, self._export, self._analyses = state, export, analyses
         self.prompt = FilePrompt()
+        self.form = SceneForm(state, self.show)
+        self._loading: tuple[Task[str], bool] | None = None     # of the path of a scene, and whether it is framed anew
 
     def ask(self, request: Request) -> None:
         """Ask for the file of a request, one of QUESTIONS; a lens is to be saved under its own name."""
@@ -71,10 +71,13 @@ class Files:
         if request is Request.SAVE_LENS:
             title = lens_title(self._state.history.present.lens)
             question = replace(question, name=f"{cleaned(title.replace('f/', 'f'))}.toml")
+        if request is Request.SAVE_SCENE:
+            question = replace(question, name=f"{cleaned(scene_title(self._state.history.present.scene))}.toml")
         self.prompt.ask(request, question)
 
     def answer(self) -> None:
-        """Carry out the request, once its file has been chosen."""
+        """Carry out the request, once its file has been chosen; take a scene that has been read."""
+        self._take_scene()
         asked = self.prompt.asks
         answer = self.prompt.answer()
         if answer is None:
@@ -86,8 +89,10 @@ class Files:
             hello_imgui.save_lasting_pref("folder", str(path.parent))
         if request is Request.OPEN_STOP_IMAGE:
             self.put_into_stop(path)
-        elif request in KINDS:
-            self.open(path, KINDS[request])
+        elif request is Request.OPEN:
+            self.open(path)
+        elif request is Request.CHOOSE_DEPTH:
+            self.form.take_depth(path)
         elif request is Request.SAVE_RENDER:
             self.save_picture(path)
         elif request is Request.SAVE_WINDOW:
@@ -100,6 +105,8 @@ class Files:
             self._export.take_path(path)
         elif request is Request.SAVE_LENS:
             self.save_lens(path)
+        elif request is Request.SAVE_SCENE:
+            self.save_scene(path)
         elif request is Request.SAVE_CARD:
             self._state.card_path = path
         elif request is Request.SAVE_SETTINGS:
@@ -110,32 +117,91 @@ class Files:
             self._analyses.save(path)
 
     def drop(self, paths: Sequence[str]) -> None:
-        """Open files that were dropped on the window, each by its kind."""
-        for path in paths:
+        """Open files that were dropped on the window, each by its kind; of two pictures the depth map is the second."""
+        for path in sorted(paths, key=lambda path: "depth" in Path(path).stem.lower()):
             self.open(Path(path))
 
-    def open(self, path: Path, kind: str | None = None) -> None:
-        """Open a lens, a scene, a light field, settings, or the settings of a picture; kind: None detects it."""
+    def open(self, path: Path) -> None:
+        """Open a file of any kind: a lens, a scene, a mesh, a sky, a photograph, settings, a light field."""
         state, path = self._state, path.expanduser().resolve()
-        if (kind or path.suffix.lower()) in ("light field", ".npz"):
-            state.light_field.worker.open(path)
-            self._remember(path)
-            return
-        if kind is None and path.suffix.lower() in OF_SCENES:
-            state.view.say(f"{path.name} is shown by a scene file that names it: docs/scenes.md tells how")
-            return
         try:
-            settings = self._opened(path, kind or self._kind(path), state.history.present)
+            kind = file_kind(path)
+            waiting = self.form.waits
+            if waiting is not None and path != waiting.path and kind in ("picture", "photograph", "sky"):
+                self.form.take_depth(path)
+                return
+            if kind == "light field":
+                state.light_field.worker.open(path)
+            elif kind == "scene":
+                self._load(path.name, lambda: str(path), True)
+            elif kind == "mesh":
+                self.show(Mesh(path))
+            elif kind == "sky":
+                self.form.base = self._base()
+                self.show(Sky(path, base=self.form.base))
+            elif kind == "photograph":
+                if carries_depth(path):
+                    self.show(Photograph(path))
+                else:
+                    self.form.waits = Photograph(path)
+            else:
+                self._take(self._opened(path, kind, state.history.present), kind)
         except (ValueError, OSError) as error:
             text = str(error) if not isinstance(error, OSError) else f"{path}: {error.strerror or error}"
             state.view.say(text)
             return
-        if (kind or self._kind(path)) in ("picture", "settings"):
+        self._remember(path)
+
+    def _take(self, settings: Settings, kind: str) -> None:
+        state = self._state
+        if kind != "lens":
             state.view.follows = False                  # its pixels are the file's
         if settings.lens != state.history.present.lens:
             state.say_findings(settings)
         state.take(state.showable(settings))
-        self._remember(path)
+
+    def _base(self) -> str:
+        """The current scene, if its objects may stand under an opened sky; "" if not."""
+        scene = self._state.history.present.scene
+        try:
+            table = scene_table(scene)
+            return "" if "photograph" in table or table.get("enclosed") or is_balls(table) else scene
+        except (OSError, ValueError):
+            return ""
+
+    def show(self, opened: Opened) -> None:
+        """Show a mesh, a sky or a photograph in a scene of its own, and the form with its values."""
+        before = self._state.history.present.scene
+        framed = not self.form.visible or isinstance(opened, Mesh) and not same_size(opened, before)
+        self._load(opened.path.name, lambda: str(own_scene(opened.table(), opened.path.stem)), framed)
+        self.form.visible = True
+
+    def _load(self, name: str, path: Callable[[], str], framed: bool) -> None:
+        """Write and read a scene in the background. framed: the camera moves to where it opens."""
+        def work(_: Task[str]) -> str:
+            scene = path()
+            cached_scene(scene)             # raises where it cannot be read
+            return scene
+
+        if self._loading is not None:
+            self._loading[0].cancel()
+        self._loading = Task(f"Opening {name}", work, self._state.wake), framed
+        self._state.opening = self._loading[0]
+
+    def _take_scene(self) -> None:
+        """Take the scene that has been read, as one step of undo; or the reason why it cannot be."""
+        if self._loading is None or not self._loading[0].done:
+            return
+        (task, framed), self._loading, self._state.opening = self._loading, None, None
+        state = self._state
+        if task.error is not None:
+            state.view.say(task.message)
+        elif task.result is not None:
+            current = state.history.present
+            state.history.part()
+            state.take(with_scene(current, task.result, state.chooser.locked) if framed
+                       else replace(current, scene=task.result))
+            self.form.waits = None
 
     def put_into_stop(self, path: Path) -> None:
         """Give the stop the shape of a picture; a message says why one cannot be read."""
@@ -153,18 +219,6 @@ class Files:
         if state.remember:
             hello_imgui.save_lasting_pref("recent", json.dumps([str(file) for file in state.recent]))
 
-    @staticmethod
-    def _kind(path: Path) -> str:
-        if path.suffix.lower() in PICTURES:
-            return "picture"
-        if path.suffix.lower() == ".toml":
-            with open_regular(path) as file:
-                text = file.read(MOST_READ).decode("utf-8", errors="replace")
-            if re.search(r"^\s*version\s*=", text, re.MULTILINE):
-                return "settings"
-            return "lens" if "columns" in text or "surfaces" in text else "scene"
-        return "lens"
-
     def _opened(self, path: Path, kind: str, current: Settings) -> Settings:
         if kind in ("picture", "settings"):
             from lensbench.app.session.export import read_settings
@@ -175,11 +229,6 @@ class Files:
             settings = with_readable_stop(settings, say)
             constrained(settings)              # raises if the lens file is gone
             return settings
-        if kind == "scene":
-            from lensbench.app.scenes.scene_file import load_scene
-
-            load_scene(path)
-            return with_scene(current, str(path), self._state.chooser.locked)
         lenses.load(path)                       # raises if it cannot be read now
         return with_lens(current, str(path), self._state.chooser.locked)
 
@@ -216,6 +265,19 @@ class Files:
         say(f"Lens saved as {path.name}", done=True)
         for remark in remarks:
             say(f"{path.name}: {remark}", note=True)
+
+    def save_scene(self, path: Path) -> None:
+        """Save the scene as a scene file, which becomes the scene; the notice names the files that were copied."""
+        state, path = self._state, path.resolve()
+        try:
+            copied = save_scene(state.history.present.scene, path)
+        except (ValueError, OSError) as error:
+            state.view.say(f"The scene cannot be saved: {error}")
+            return
+        state.take(replace(state.history.present, scene=str(path)))
+        self._remember(path)
+        state.view.say(f"Scene saved as {path.name}" + (f", with a copy of {', '.join(copied)}" if copied else ""),
+                       done=True)
 
     def save_settings(self, path: Path) -> None:
         """Save the current settings."""

@@ -242,7 +242,7 @@ class LensBrowsing:
             self._try(name)
         if state.opens_file:
             state.opens_file = False
-            window.requests.add(Request.OPEN_LENS)
+            window.requests.add(Request.OPEN)
             self._close()
         elif state.returned:
             state.returned = state.kept = False

@@ -326,4 +326,5 @@ class Panels:
         window = self._state
         presenter = window.presenter
         status_bar(window.edited, presenter.update, window.view,
-                   presenter.renderer.split()[0] if presenter.software else "", window.export.task)
+                   presenter.renderer.split()[0] if presenter.software else "",
+                   window.opening or window.export.task)

@@ -29,6 +29,7 @@ from lensbench.app.settings.settings import Settings, differences
 from lensbench.app.window.actions import NOTHING_PINNED, Keyboard, shortcuts
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.bars import Help
+from lensbench.app.window.dialogs import pictures_folder
 from lensbench.app.window.docking import FRONT_FRAMES, MINIMUM, Folding
 from lensbench.app.window.file_actions import QUESTIONS, Files
 from lensbench.app.window.layouts import LAYOUTS
@@ -85,7 +86,7 @@ class Session(WindowState):
         if self.remember:
             self.dark = hello_imgui.load_lasting_pref("theme") != "light"
             self.recent = [Path(path) for path in texts(preference("recent", []))]
-            self.files.prompt.folder = Path(hello_imgui.load_lasting_pref("folder") or Path.home())
+            self.files.prompt.folder = Path(hello_imgui.load_lasting_pref("folder") or pictures_folder())
             self.chooser.locked.update(set(hello_imgui.load_lasting_pref("locked").split()) & set(LOCKS))
             self._locked = frozenset(self.chooser.locked)
             self.browsing.load()
@@ -174,6 +175,7 @@ class Session(WindowState):
         if self.export.wants_path:
             self.export.wants_path = False
             self.requests.add(Request.CHOOSE_EXPORT_PATH)
+        self.files.form.draw()
         self.help.draw(self.presenter.drawn_by)
         self.palette.draw(self)
         self.terms.draw()
@@ -260,7 +262,7 @@ class Session(WindowState):
         if Request.PIN in requests and self.comparing.pin():
             self.view.notices.forget(lambda notice: notice.text == NOTHING_PINNED)
         if Request.EXPORT in requests:
-            self.export.open(self.history.present, self.view.follows)
+            self.export.open(self.history.present, self.view.follows, self.files.prompt.folder)
         if Request.BROWSE_LENSES in requests:
             self.browsing.toggle()
         if self.browsed is not None:
@@ -284,6 +286,8 @@ class Session(WindowState):
         self.light_field.answer(requests, self.history.present)
         if Request.SAVE_EDITED in requests:
             self.files.save_edited()
+        if Request.ADJUST_SCENE in requests:
+            self.files.form.visible = True
         for request in requests & set(QUESTIONS):
             self.files.ask(request)
         if self.reopened is not None:
@@ -383,7 +387,7 @@ class Session(WindowState):
         if (update is None or update.generation != self.worker.generation or update.depth is None
                 or update.is_provisional):
             return False
-        if self.view.follows and not self._fills():
+        if self.opening is not None or self.reopened is not None or self.view.follows and not self._fills():
             return False
         ready = self.prepared and not self.analyses.worker.busy
         return ready and update.samples >= min(samples, update.settings.samples)

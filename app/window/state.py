@@ -48,6 +48,7 @@ from lensbench.app.window.layouts import BENCH, LAYOUTS
 from lensbench.app.workers.compilers import Compilers
 from lensbench.app.workers.render_worker import RenderWorker
 from lensbench.app.workers.study_workers import ChartWorker
+from lensbench.app.workers.task import Task
 from lensbench.core.kernels.cache import NotCompiledError
 
 
@@ -158,6 +159,7 @@ class WindowState:
         self.written = "", ""                           # the lens and the edits that the window has saved last
         self.reopened: Path | None = None               # a recent file that is to be opened
         self.browsed: Shelf | None = None               # what the lens browser is to be opened with
+        self.opening: Task[str] | None = None           # reads a scene
         self.screenshot: Path | None = None             # where a picture of the window is to be saved
         self._postponed: tuple[Settings, Callable[[], Settings]] | None = None      # current settings, and a change
         self._drags = False                             # the picture changes while a mouse button or an item is held

@@ -107,15 +107,17 @@ def _opengl_version() -> tuple[int, int] | None:
             glfw.get_window_attrib(window, glfw.CONTEXT_VERSION_MINOR))
 
 
-def run(settings: Settings, screenshot: Path | str | None = None, follows: bool = False) -> int:
+def run(settings: Settings, screenshot: Path | str | None = None, follows: bool = False,
+        opened: Path | None = None) -> int:
     """Open the window, return when it is closed: 0, or 1 if the picture was not ready in time for the screenshot.
 
     screenshot: open it on no display, save a picture of it there, and return; OSError if it cannot be written.
     OSError too where the driver's OpenGL is too old.
-    follows: the picture has as many pixels as the window shows of it, and not those of the settings.
+    follows: the picture has as many pixels as the window shows of it, and not those of the settings. opened: a file
+    that is opened in the first frame, as by *Open…*.
     """
     session = Session(settings, remember=screenshot is None)
-    session.view.follows = follows
+    session.view.follows, session.reopened = follows, opened
     try:
         runner = parameters(session)
         if screenshot is not None:

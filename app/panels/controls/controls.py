@@ -172,7 +172,7 @@ def _scene(settings: Settings, chooser: Chooser) -> Settings:
                 chosen = with_scene(settings, name, chooser.locked)
         imgui.separator()
         if imgui.selectable("Open…", False)[0]:
-            chooser.requests.add(Request.OPEN_SCENE)
+            chooser.requests.add(Request.OPEN)
 
     _labelled("Scene")
     drop_list("Scene", scene_title(settings.scene), "What the camera looks at", content)

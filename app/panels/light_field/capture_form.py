@@ -116,7 +116,7 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
         imgui.set_item_tooltip("Record the current view of the camera")
         imgui.same_line()
         if imgui.button(fa.ICON_FA_FOLDER_OPEN + "  Open…###Open light field"):
-            form.requests.add(Request.OPEN_LIGHT_FIELD)
+            form.requests.add(Request.OPEN)
         imgui.set_item_tooltip("Open a recorded light field (.npz)")
     if can_go_back:
         if task is None:

@@ -76,7 +76,7 @@ def _head(recording: Recorded, form: Form) -> None:
     imgui.same_line(right - 4.0 * width)
     for icon, name, request, tip in (
             (fa.ICON_FA_CIRCLE_DOT, "new", None, "Record another"),
-            (fa.ICON_FA_FOLDER_OPEN, "open", Request.OPEN_LIGHT_FIELD, "Open a light field"),
+            (fa.ICON_FA_FOLDER_OPEN, "open", Request.OPEN, "Open a light field"),
             (fa.ICON_FA_FLOPPY_DISK, "save", Request.SAVE_LIGHT_FIELD, "Save the light field (.npz)"),
             (fa.ICON_FA_IMAGE, "picture", Request.SAVE_REFOCUSED, "Save the picture that it shows (.png, .exr …)")):
         if imgui.button(f"{icon}###Light field {name}", ImVec2(width, 0.0)):

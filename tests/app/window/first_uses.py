@@ -5,6 +5,7 @@ Every kernel counts as missing until a thread of the compilers has loaded or com
 
 import threading
 from dataclasses import replace
+from pathlib import Path
 
 import numba.core.event
 from imgui_bundle import hello_imgui, imgui
@@ -93,7 +94,7 @@ def test_the_window_never_compiles_and_every_first_use_is_shown_in_the_end(drive
         hand.press(imgui.Key.l)                                 # the lens browser
         hand.wait(lambda: hand.session.browsing.is_open and not hand.session.compilers.busy, "the browser")
         hand.press(imgui.Key.escape)
-        hand.session.export.open(hand.settings)
+        hand.session.export.open(hand.settings, False, Path())
         hand.ctx.yield_(5)
         hand.press(imgui.Key.escape)
         hand.wait(lambda: not hand.session.compilers.busy, "the dialogs")
