@@ -127,9 +127,10 @@ class Files:
         try:
             kind = file_kind(path)
             waiting = self.form.waits
-            if waiting is not None and path != waiting.path and kind in ("picture", "photograph", "sky"):
+            if waiting is not None and path != waiting.path and kind in ("photograph", "sky"):
                 self.form.take_depth(path)
                 return
+            self.form.waits = None
             if kind == "light field":
                 state.light_field.worker.open(path)
             elif kind == "scene":

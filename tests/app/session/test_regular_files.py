@@ -13,9 +13,9 @@ from lensbench.app.command.lens_files import read_rays
 from lensbench.app.scenes.scene_file import cached_scene, load_scene, scene_files
 from lensbench.app.session.edited_lens import document_named
 from lensbench.app.session.export import read_settings
+from lensbench.app.session.file_kinds import file_kind
 from lensbench.app.session.recordings import load_light_field
 from lensbench.app.session.states import load_settings
-from lensbench.app.window.file_actions import Files
 from lensbench.lenses.file_error import open_regular
 from lensbench.lenses.glass import agf
 from lensbench.lenses.picture_file import read_picture_file
@@ -45,7 +45,7 @@ READERS = {
     "picture": ("a.png", read_picture_file), "picture in the stop": ("a.png", read_picture),
     "stop of the settings": ("a.png", lambda path: stop_picture(str(path))),
     "rays": ("a.csv", lambda path: read_rays(str(path))),
-    "kind of a dropped file": ("a.toml", Files._kind), "any": ("a", open_regular),
+    "kind of a dropped file": ("a.toml", file_kind), "any": ("a", open_regular),
     "texture": ("a.png", named_by_scene('[floor]\ntexture = "{}"\n')),
     "sky": ("a.hdr", named_by_scene('[sky]\nimage = "{}"\n')),
     "photograph": ("a.jpg", named_by_scene('[photograph]\nimage = "{}"\n')),
