@@ -156,7 +156,7 @@ def test_a_broken_mesh_is_one_clear_line(scene, tmp_path, name):
 
 @pytest.mark.parametrize(("text", "reason"), [
     ('size = 1\nunit = "m"\n', "choose one"), ('size = 1\nheight = 2\n', "choose one"),
-        ("foot = [0, 0, 0]\nposition = [0, 0, 0]\n", "not both"), ("scale = 0\n", "scale must be positive"),
+    ("foot = [0, 0, 0]\nposition = [0, 0, 0]\n", "not both"), ("scale = 0\n", "scale must be positive"),
     ('unit = "ft"\n', "choose one of mm"), ("velocity = [1, 0, 0]\n", "no 'velocity'"),
     ("unit = []\n", r"unit \[\]: choose one of mm"),
     ("position = [1e308, 0, 0]\n", "position is 1e.308: it must be a finite"),
