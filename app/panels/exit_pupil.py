@@ -32,7 +32,7 @@ UPWARDS = "Film points up the picture, in the section y–z"
 NAME = "Exit pupil"
 MARGIN = 1.16                   # of the plot about what it shows
 STEPS = 8                       # of a plot's size, in which its limits change
-SMALL = 0.2                     # of all that could be shown: a smaller region fills the plot
+SMALL = 0.5                     # of the clear aperture, which is not shown whole with regions that together are smaller
 BOX = "bounding box (as pbrt)"
 DENSITY = 10.0                  # pixels between samples that are drawn
 SAME = 0.004                    # of the lit radius: tolerance within which a film point takes the colour of a field
@@ -112,7 +112,7 @@ def _ghost(other: Settings | None, film_radius: float, azimuth: float) -> Region
 
 def shown_box(rear: float, regions: Sequence[Region], pointed: Region,
               ghost: np.ndarray | None = None) -> tuple[float, float, float, float]:
-    """x0, y0, x1, y1 (mm) about the regions and the rear clear aperture; about a small pointed region, and that of A.
+    """x0, y0, x1, y1 (mm) about the regions and the rear clear aperture; without this for regions that are small.
 
     ghost: outline (n, 2) of the region of A, or None.
     """
@@ -120,14 +120,11 @@ def shown_box(rear: float, regions: Sequence[Region], pointed: Region,
                                               *np.maximum(pointed.box[2:], ghost.max(axis=0)).tolist())
     boxes = [near, *(one.box for one in regions if one.area > 0.0)] if pointed.area > 0.0 else \
         [one.box for one in regions if one.area > 0.0]
-    x0, y0, x1, y1 = -rear, -rear, rear, rear
-    for box in boxes:
-        x0, y0, x1, y1 = min(x0, box[0]), min(y0, box[1]), max(x1, box[2]), max(y1, box[3])
-    size = max(near[2] - near[0], near[3] - near[1])
-    if not pointed.area > 0.0 or size > SMALL * max(x1 - x0, y1 - y0):
-        return x0, y0, x1, y1
-    half, x, y = 0.8 * size, 0.5 * (near[0] + near[2]), 0.5 * (near[1] + near[3])
-    return x - half, y - half, x + half, y + half
+    low, high = (end(np.array(boxes or [(0.0,) * 4])[:, part], 0) for end, part in (
+        (np.min, slice(0, 2)), (np.max, slice(2, 4))))
+    if not pointed.area > 0.0 or (high - low).max() > 2.0 * SMALL * rear:
+        low, high = np.minimum(low, -rear), np.maximum(high, rear)
+    return float(low[0]), float(low[1]), float(high[0]), float(high[1])
 
 
 def _rested(box: tuple[float, float, float, float]) -> tuple[float, float, float, float]:

@@ -18,7 +18,7 @@ from lensbench.app.drawing.controls import paragraph
 from lensbench.app.drawing.plot_painter import Drawn, draw_plot, drawn_map
 from lensbench.app.plots.pixel_rays import Place, Pointed, PointedRay, film_place, landing
 from lensbench.app.plots.pixel_spot import PixelReadings, Spot, colour_of, pixel_readings, spot
-from lensbench.app.plots.plot import Axis, Curve, Label, Plot, Points, reach
+from lensbench.app.plots.plot import Axis, Curve, Plot, Points, reach
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_distance
 from lensbench.core.text import fixed, significant, true_minus
@@ -62,7 +62,7 @@ def pixel_panel(settings: Settings, links: Pointed, image: NDArray[np.float32] |
     below = len(table) * _pitch()
     room = ImVec2(size.x, size.y - below - theme.em(0.6))
     beam = None
-    if room.y > theme.em(4.0):
+    if room.y > theme.em(5.2):
         try:
             beam = spot(settings, raster)
         except (ValueError, OSError) as error:
@@ -88,11 +88,13 @@ def _plot(settings: Settings, got: PixelReadings, middle: Place, beam: Spot, siz
           state: PixelState) -> int | None:
     """Draw the spot; returns the index of the ray under the mouse.
 
-    at: the middle of the pixel on the film (mm). lit: surfaces whose lost rays are counted.
+    middle: of the pixel on the film (mm). lit: surfaces whose lost rays are counted.
     """
     film, chosen = settings.film, None
     pitch = film.width / film.pixels_x, film.height / film.pixels_y
     away = 1000.0 * (np.asarray(middle) - beam.landings)              # the picture is the film turned by 180°
+    _count(beam, lit, size.x)
+    size = ImVec2(size.x, size.y - imgui.get_text_line_height_with_spacing())
     before = drawn_map(NAME, state.drawn)
     over: tuple[Points, ...] = ()
     if before is not None and state.hovered and len(away):
@@ -101,7 +103,7 @@ def _plot(settings: Settings, got: PixelReadings, middle: Place, beam: Spot, siz
         if distance.min() < NEAR * theme.scale():
             chosen = int(distance.argmin())
             over = (Points("", away[[chosen], 0], away[[chosen], 1], "chart1", "ring", size=4.0),)
-    under = draw_plot(NAME, spot_plot(beam, middle, pitch, got.diameter, lit), size, state.drawn, over=over)
+    under = draw_plot(NAME, spot_plot(beam, middle, pitch, got.diameter), size, state.drawn, over=over)
     state.hovered, shown = under is not None, drawn_map(NAME, state.drawn)
     if shown is not None:
         state.places = shown.pixels(away[:, 0], away[:, 1])
@@ -114,12 +116,10 @@ def _plot(settings: Settings, got: PixelReadings, middle: Place, beam: Spot, siz
 
 
 @lru_cache(maxsize=4)
-def spot_plot(beam: Spot, middle: Place, pitch: tuple[float, float], diameter: float | None,
-              lit: tuple[int, ...]) -> Plot:
+def spot_plot(beam: Spot, middle: Place, pitch: tuple[float, float], diameter: float | None) -> Plot:
     """The spot in µm about the middle of the pixel, the pixel, and the circle of confusion.
 
-    at: the middle of the pixel on the film; pitch: its sides; diameter: of the circle (all mm), or None. lit: surfaces
-    whose lost rays are counted.
+    middle: of the pixel on the film; pitch: its sides; diameter: of the circle (all mm), or None.
     """
     away = 1000.0 * (np.asarray(middle) - beam.landings)
     half = reach([*np.abs(1.05 * away).ravel(), 550.0 * (diameter or 0.0), 1000.0 * max(pitch)])
@@ -130,12 +130,17 @@ def spot_plot(beam: Spot, middle: Place, pitch: tuple[float, float], diameter: f
         turn, centre = np.linspace(0.0, 2.0 * math.pi, 97), 1000.0 * (np.asarray(middle) - beam.centroid)
         layers.append(Curve("", centre[0] + 500.0 * diameter * np.cos(turn),
                             centre[1] + 500.0 * diameter * np.sin(turn), "amber", weight=1.5))
-    aimed = len(away) + sum(beam.lost.values())
-    words, blocked = f"{len(away)} of {aimed} rays", sum(beam.lost.get(surface, 0) for surface in lit)
+    return Plot(Axis("µm", -half, half), Axis("µm", -half, half), tuple(layers), equal=True)
+
+
+def _count(beam: Spot, lit: tuple[int, ...], width: float) -> None:
+    """How many rays land, above the plot; with surfaces that are lit, how many rays these block."""
+    aimed = len(beam.landings) + sum(beam.lost.values())
+    words, blocked = f"{len(beam.landings)} of {aimed} rays", sum(beam.lost.get(surface, 0) for surface in lit)
     if lit:
         words = f"Surface{'s' if len(lit) > 1 else ''} {' and '.join(map(str, lit))}: {blocked} of {aimed} rays blocked"
-    layers.append(Label(-half, half, words, "warning" if blocked else "dim", "right below"))
-    return Plot(Axis("µm", -half, half), Axis("µm", -half, half), tuple(layers), equal=True)
+    colour = theme.colours()
+    imgui.text_colored(imgui.ImVec4(*(colour.warning if blocked else colour.dim)), theme.shortened(words, width))
 
 
 # The numbers

@@ -157,7 +157,8 @@ def _words(query: Query, spread: PointSpread, *more: str) -> str:
 FINEST = 100.0                  # cycles/mm, of the curves against frequency
 STEPS = 51
 FIELD_POINTS = 25               # of the curves against the field
-PRINTED = (10.0, 20.0, 30.0, 40.0)
+PRINTED = (10.0, 20.0, 30.0, 40.0)      # lp/mm, of the table
+DRAWN = 10.0, 30.0                      # lp/mm: those that most makers print; more curves could not be told apart
 PARTS = (0.0, 0.7, 1.0)
 METHODS = {"diffraction": "diffraction", "geometric": "rays alone"}
 WAYS = ("sagittal", "tangential")
@@ -193,17 +194,21 @@ def mtf_frequency_figure(query: Query, points: int, method: str = "diffraction",
 
 def mtf_field_figure(query: Query, points: int, method: str = "diffraction",
                      frequencies: tuple[float, ...] = PRINTED) -> Figure:
-    """MTF at up to four frequencies (lp/mm) against the image height: S solid, T dashed, as makers print it."""
+    """MTF at up to four frequencies (lp/mm) against the image height: S solid, T dashed, as makers print it.
+
+    The table holds all of PRINTED, of which only those of DRAWN get curves.
+    """
+    shown = DRAWN if frequencies == PRINTED else frequencies
     rays = query.grid(points, query.parts(*np.linspace(0.0, 1.0, FIELD_POINTS).tolist()))
     contrast = mtf(rays, frequencies, method)
     heights, curves = rays.image_heights, []
     for k, frequency in enumerate(frequencies):
-        for a, dash in ((0, SOLID), (1, DASHED)):
-            name = f"{significant(frequency)}{'' if k else ' lp/mm'} {WAYS[a][0].upper()}"
+        for a, dash in ((0, SOLID), (1, DASHED)) if frequency in shown else ():
+            name = f"{significant(frequency)} lp/mm {WAYS[a][0].upper()}"
             curves.append(Curve(name, heights, contrast.white_modulus[:, a, k], f"chart{(2, 3, 0, 1)[k]}", dash,
                                 1.9 - 0.2 * k))
     plot = Plot(Axis("Image height (mm)", 0.0, float(np.nanmax(heights))), Axis("Contrast", 0.0, 1.0), tuple(curves))
-    words = _contrast_words(query, contrast, ", ".join(map(significant, frequencies)) + " lp/mm")
+    words = _contrast_words(query, contrast, ", ".join(map(significant, shown)) + " lp/mm")
     return with_rims(query, Figure("MTF against the field", ((plot,),), _table(contrast), words,
                                    query.remarks(contrast.rays, contrast.findings)))
 

@@ -78,7 +78,8 @@ FANS = Choice("Kind", {
     "opd": ("Path difference", "Optical path difference (OPD) on the reference sphere against the height in the stop, "
                                "in wavelengths")})
 OVER = Choice("Over", {
-    "field": ("Field", "Contrast of 10, 20, 30 and 40 line pairs per mm over the image height"),
+    "field": ("Field", "Contrast of 10 and 30 line pairs per mm over the image height; saved numbers\n"
+                       "also hold 20 and 40"),
     "frequency": ("Frequency", "Contrast on the axis, at 0.7 and at the full field over the frequency")})
 METHOD = Choice("By", {"diffraction": ("Waves", "With diffraction, from the wavefront in the exit pupil"),
                        "geometric": ("Rays", "From the rays alone, without diffraction")})

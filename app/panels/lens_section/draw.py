@@ -6,6 +6,7 @@ weights and lengths in pixels hold at a scale of 1, and are scaled to the screen
 The view of the section: millimetres to pixels, fitted, panned and zoomed.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import floor, log10
@@ -81,6 +82,7 @@ LIVE_ALPHA, DEAD_ALPHA = 0.55, 0.45
 CROSS = 3.0
 NARROW = 20.0                   # em: a narrower section has short names
 SWITCHES = 13.0, 2.0            # em: width and height of the switches in the upper left corner
+Box = tuple[float, float, float, float]     # left, top, right, bottom (pixels)
 BESIDE = 10.0                   # pixels at a scale of 1, from the film to the names of the fields
 OPEN = imgui.ImDrawFlags_.none
 
@@ -226,10 +228,12 @@ def draw_cross(draw: imgui.ImDrawList, point: ImVec2, colour: int) -> None:
     draw.add_line(ImVec2(point.x - arm, point.y + arm), ImVec2(point.x + arm, point.y - arm), colour, theme.scale())
 
 
-def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, signs: list[tuple[float, float, float]]) -> None:
-    """Two blades, from the edge of the opening outward past the glass, and their name.
+def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, signs: list[tuple[float, float, float]],
+              taken: Sequence[Box] = ()) -> None:
+    """Two blades, from the edge of the opening outward past the glass, and their name where it touches nothing.
 
-    signs: left, right and lower edge of each name in the row below the lens.
+    signs: left, right and lower edge of each name in the row below the lens. taken: boxes of what else lies over the
+    drawing (pixels).
     """
     if sketch.stop_radius is None:
         return
@@ -246,17 +250,24 @@ def draw_stop(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, signs: lis
         start = edge - sign * ring
         draw.add_rect_filled(ImVec2(x - pixel, min(start, end)), ImVec2(x + pixel, max(start, end)), colour)
     if sketch.lens is not None:
-        text, top = "Stop", canvas.at(*sketch.on_stop(outer, outer)).y
-        size = imgui.calc_text_size(text)
-        left, y = x - 0.5 * size.x, max(top - size.y - pixel, canvas.y)
-        if y < canvas.y + theme.em(SWITCHES[1]) and left < canvas.x + theme.em(SWITCHES[0]):
-            y = canvas.at(*sketch.on_stop(-outer, outer)).y + pixel         # below, where no switch lies
-            under = [edge for start, end, edge in signs if start < left + size.x + pixel and left < end + pixel]
-            if under and y + size.y > under[0] - size.y:
-                y = under[0]
-                if y + size.y > canvas.y + canvas.height:                   # no room below the row: to its left
-                    left, y = min(start for start, *_ in signs) - size.x - 6.0 * pixel, y - size.y
-        draw.add_text(ImVec2(floor(left), floor(y)), theme.packed(theme.colours().text), text)
+        size = imgui.calc_text_size("Stop")
+        left, line, row = x - 0.5 * size.x, size.y, max((edge for *_, edge in signs), default=canvas.y)
+        upper, lower = (canvas.at(*sketch.on_stop(sign * outer, outer)).y for sign in (1.0, -1.0))
+        edges = [canvas.at(*sketch.on_stop(sign * sketch.stop_radius, sketch.stop_radius)) for sign in (1.0, -1.0)]
+        boxes = [(canvas.x, canvas.y, canvas.x + theme.em(SWITCHES[0]), canvas.y + theme.em(SWITCHES[1])), *taken,
+                 *((start, edge - line, end, edge) for start, end, edge in signs),
+                 *((edge.x - ring, edge.y - ring, edge.x + ring, edge.y + ring) for edge in edges)]
+        ends = [start for start, *_ in signs] + [end for _, end, _ in signs] or [x]
+        corners = [(left, upper - line - pixel), (left, lower + pixel), (left, row + pixel),
+                   (min(ends) - size.x - 6.0 * pixel, row - line), (max(ends) + 6.0 * pixel, row - line),
+                   *((x + way * 10.0 * pixel - (size.x if way < 0 else 0.0), y)
+                     for y in (canvas.y + pixel, canvas.y + canvas.height - line - pixel) for way in (1, -1))]
+        inside = canvas.y - 0.2 * line, canvas.y + canvas.height - line
+        free = (corner for corner in corners if inside[0] <= corner[1] <= inside[1] and not any(
+            corner[0] < x1 + pixel and x0 < corner[0] + size.x + pixel and corner[1] < y1 and y0 < corner[1] + line
+            for x0, y0, x1, y1 in boxes))
+        place = next(free, (left, max(corners[0][1], canvas.y)))
+        draw.add_text(ImVec2(floor(place[0]), floor(place[1])), theme.packed(theme.colours().text), "Stop")
 
 
 def draw_stop_handles(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool) -> None:
@@ -272,10 +283,11 @@ def draw_stop_handles(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, li
 
 
 def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool, movable: bool,
-              centred: bool = True) -> None:
+              centred: bool = True, switch: float = 0.0) -> None:
     """The film with its handle below, and the names of the fields next to their images.
 
     centred: False for a film that is drawn elsewhere, where the plane of focus and film distance is only faint.
+    switch: width (pixels) of the switch in the upper right corner, 0 for none, below which the names begin.
     """
     colour, pixel = theme.colours(), theme.scale()
     x = floor(canvas.at(sketch.film_z, 0.0).x)
@@ -296,6 +308,8 @@ def draw_film(draw: imgui.ImDrawList, sketch: Sketch, canvas: Canvas, lit: bool,
     widest = max(imgui.calc_text_size(name).x for name in names)
     before = x + widest + BESIDE * pixel > canvas.x + canvas.width
     free = canvas.y - line
+    if switch and canvas.width - switch < x + (0.0 if before else widest) + BESIDE * pixel - canvas.x:
+        free = canvas.y + theme.em(SWITCHES[1])
 
     def named(y: float, name: str, tint: theme.Colour) -> None:
         if not before:

@@ -16,7 +16,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6 as fa, imgui
 
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import warning
-from lensbench.app.panels.lens_section.draw import OPEN, Canvas, ray_paths
+from lensbench.app.panels.lens_section.draw import OPEN, Box, Canvas, ray_paths
 from lensbench.app.plots.section import Sketch, elements, sketch, surface_curves
 from lensbench.app.session.edited_lens import document_of, reverted, with_document
 from lensbench.app.session.lens_handles import Handle, HandleKind, body_of, dragged, handle_at, label, pose_handles
@@ -110,6 +110,13 @@ def _pose_handles(shown: Sketch, canvas: Canvas, state: HandleState) -> tuple[Ha
         return ()
     highest = canvas.view.to_lens(canvas.corner, ImVec2(canvas.x, canvas.y + theme.em(2.4)))[1]
     return pose_handles(shown.lens, state.body, REACH * theme.scale() / canvas.view.scale, highest, shown.above)
+
+
+def pose_boxes(shown: Sketch, canvas: Canvas, state: HandleState) -> list[Box]:
+    """The boxes of the handles of decentre and tilt (pixels)."""
+    half, points = 1.3 * REACH * theme.scale(), (canvas.at(handle.z, handle.y)
+                                                 for handle in _pose_handles(shown, canvas, state))
+    return [(point.x - half, point.y - half, point.x + half, point.y + half) for point in points]
 
 
 def draw_body(draw: imgui.ImDrawList, shown: Sketch, canvas: Canvas, state: HandleState) -> None:
@@ -257,9 +264,14 @@ def edit_switch(corner: ImVec2, left: float, state: HandleState) -> bool:
     return hovered
 
 
+def view_text(above: bool) -> str:
+    """What the switch between side and top reads."""
+    return f"{fa.ICON_FA_ROTATE}  {TOP if above else SIDE}"
+
+
 def view_switch(corner: ImVec2, width: float, above: bool) -> tuple[bool, bool]:
     """The switch between side and top, in the upper right corner; whether it is the top, and the mouse over it."""
-    text = f"{fa.ICON_FA_ROTATE}  {TOP if above else SIDE}"
+    text = view_text(above)
     origin = ImVec2(corner.x + width - imgui.calc_text_size(text).x - theme.em(0.8), corner.y + theme.em(0.4))
     pressed, hovered = _switch("Section side", text, origin, above, False,
                                "From above: right of the camera is up\nClick: from the side" if above else

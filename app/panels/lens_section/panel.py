@@ -21,7 +21,7 @@ from lensbench.app.panels.lens_section import draw as drawing, links as marks
 from lensbench.app.panels.lens_section.draw import Canvas, View, fitted
 from lensbench.app.panels.lens_section.handles import (
     Ghost, HandleState, blocked_ray_switch, draw_body, draw_ghost, draw_handle, edit_by_handles, edit_switch, front_of,
-    ghost_of, place_of_text, view_switch
+    ghost_of, place_of_text, pose_boxes, view_switch, view_text
 )
 from lensbench.app.panels.lens_section.links import (
     FADED, draw_faults, draw_lit_surfaces, draw_pixel_fan, draw_posed, draw_ray, surfaces_at
@@ -38,6 +38,7 @@ from lensbench.lenses.tables.paraxial import index_of, is_d_line
 
 SMALLEST_STOP = 1.0 / 64.0      # of the open stop: six stops down
 FINE = 0.1
+WIDE = 24.0                     # em: a narrower section has no switch between side and top
 NEAR = 4.0                      # pixels from the mouse to a surface that it points at
 
 
@@ -139,12 +140,17 @@ def _switches(settings: Settings, shown: Sketch, corner: ImVec2, size: ImVec2, s
         state.blocked_rays, over = blocked_ray_switch(corner, size.x, state.blocked_rays)
         if shown.lens is not None and size.x > theme.em(17.0):
             over = edit_switch(corner, theme.em(8.6), state.edit) or over
-    if not (has_two_sections(settings, shown.lens) or shown.lens is not None and state.edit.active):
+    if not _has_view(settings, shown, state):
         state.above = False
-    elif size.x > theme.em(24.0):
+    elif size.x > theme.em(WIDE):
         state.above, over_view = view_switch(corner, size.x, state.above)
         over = over or over_view
     return over
+
+
+def _has_view(settings: Settings, shown: Sketch, state: SectionState) -> bool:
+    """Whether the section can be looked at from above as well."""
+    return has_two_sections(settings, shown.lens) or shown.lens is not None and state.edit.active
 
 
 def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Canvas, film_radius: float | None,
@@ -168,10 +174,14 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
         if bounds is not None:
             drawing.draw_region(draw, shown, canvas, *bounds, film_radius)
     signs = marks.draw_marks(draw, shown, canvas)
-    drawing.draw_stop(draw, shown, canvas, signs)
+    turns = canvas.width > theme.em(WIDE) and _has_view(settings, shown, state)
+    switch = imgui.calc_text_size(view_text(shown.above)).x + theme.em(1.6) if turns else 0.0
+    corner = canvas.x + canvas.width - switch, canvas.y, canvas.x + canvas.width, canvas.y + theme.em(
+        drawing.SWITCHES[1])
+    drawing.draw_stop(draw, shown, canvas, signs, [corner, *pose_boxes(shown, canvas, state.edit)])
     drawing.draw_stop_handles(draw, shown, canvas, stop_lit)
     posed = in_section_of_film(settings, shown.above) if shown.lens is not None else None
-    drawing.draw_film(draw, shown, canvas, film_lit, movable, posed is None)
+    drawing.draw_film(draw, shown, canvas, film_lit, movable, posed is None, switch)
     if posed is not None:
         draw_posed(draw, posed, canvas)
     if shown.unmarked:
@@ -183,7 +193,7 @@ def _draw(draw: imgui.ImDrawList, settings: Settings, shown: Sketch, canvas: Can
         draw.add_text(corner, theme.packed(theme.colours().dim), shown.unmarked)
     drawing.draw_scale_bar(draw, shown, canvas, signs)
     if shown.reason:
-        has_view = has_two_sections(settings, shown.lens) or state.edit.active
+        has_view = _has_view(settings, shown, state)
         room = place_of_text(shown.reason, canvas.corner, canvas.width, not shown.ideal, has_view)
         _reason(draw, *room, shown.reason)
 

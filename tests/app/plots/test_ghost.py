@@ -31,7 +31,7 @@ def test_curves_of_a_are_behind_those_of_b_and_read_beside_them():
     both = with_ghost(b, a, "wide open")
     plot, own, other = both.rows[0][0], b.rows[0][0].layers[0], a.rows[0][0].layers[0]
     ghosts = [layer for layer in plot.layers if isinstance(layer, Curve) and layer.ghost]
-    assert len(ghosts) == 8 and plot.layers.index(ghosts[-1]) < plot.layers.index(own)
+    assert len(ghosts) == 4 and plot.layers.index(ghosts[-1]) < plot.layers.index(own)
     assert [layer.name for layer in plot.named()] == [*(layer.name for layer in b.rows[0][0].named()), "A"]
     line = next(each for each in told(plot, 0.0, 0.5).split("\n") if each.startswith(f"{own.name}   "))
     _, mine, its, less = line.split("   ")
