@@ -2,8 +2,8 @@
 
 Lengths in mm. Every read-out is a function of the lens or camera built here; `camera_kinds` lists all cameras.
 
-The film lies at the paraxial focus or at the position of least blur of all rays. The setting "auto" takes the paraxial
-focus, the limit of small stops, unless it blurs a point in focus by half a pixel more than the other position does.
+The film lies at the paraxial focus, at the position of least blur of all rays, or at that of best contrast. The setting
+"auto" takes the last, and the paraxial focus, the limit of small stops, where the contrast there is as good.
 """
 
 import math
@@ -12,6 +12,8 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
 
 import lensbench as lb
 from lensbench import lenses
@@ -23,10 +25,12 @@ from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import read_ghost_pair
 from lensbench.core.cameras.flat_port import FlatPort
 from lensbench.core.cameras.lens_settings import has_dispersion
-from lensbench.core.imaging.spectrum import WAVELENGTHS
+from lensbench.core.imaging.spectrum import PICTURE, WAVELENGTHS
 from lensbench.core.kernels.block import BLUE, RED
+from lensbench.core.optics.axis_contrast import D_LIGHT, Light, axis_contrast
+from lensbench.core.optics.focus import contrast_shift
 from lensbench.core.scenery.shading.participating_medium import WATER_INDEX
-from lensbench.core.text import excerpt, significant
+from lensbench.core.text import excerpt, fixed, significant
 from lensbench.lenses.stop_picture import read_picture
 from lensbench.lenses.tables.paraxial import at_reference, is_d_line
 
@@ -35,24 +39,21 @@ if TYPE_CHECKING:
     from lensbench.lenses.editing.document import LensDocument
 
 VISIBLE = WAVELENGTHS[BLUE][0], WAVELENGTHS[RED][-1]    # µm, of pictures with dispersion
-ENOUGH = 0.5                    # of a pixel: a smaller gain does not move the film
+ENOUGH = 0.01                   # of contrast: a smaller gain does not move the film
+POSITIONS = {"contrast": "for the best contrast", "real": "by the least blur", "paraxial": "paraxially"}
 
 
 class FocusPosition(NamedTuple):
-    """Method by which a lens is focused, as in `lb.film_distance`: "paraxial" or "real" (least blur).
+    """Method by which a lens is focused, as in `lb.film_distance`: "paraxial", "real" (least blur) or "contrast".
 
-    paraxial_blur, least_blur: diameters (mm, 2√2 × rms) of an axis point in focus, by real rays, at either position;
-    None where they are not known.
+    blur: diameter (mm, 2√2 × rms) of an axis point in focus, by real rays; None where it is not known. contrasts: of
+    30 lp/mm on the axis at each of POSITIONS, in their order. shift: of the film behind that of the least blur (mm).
     """
 
     method: str
-    paraxial_blur: float | None = None
-    least_blur: float | None = None
-
-    @property
-    def blur(self) -> float | None:
-        """The diameter at the position of the film."""
-        return self.least_blur if self.method == "real" else self.paraxial_blur
+    blur: float | None = None
+    contrasts: tuple[float, ...] = ()
+    shift: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -215,7 +216,7 @@ def _bench(lens: lb.Lens, settings: Settings) -> Bench:
     try:
         distance, position = _focus(lens, settings)
         lens = lb.focused(lens, distance, position.method)
-        film_distance = lb.film_distance(lens, distance, position.method)
+        film_distance = lb.film_distance(lens, distance, position.method, picture_light(settings, lens))
     except lb.LensError as error:
         reasons.append(str(error))
         refused = True
@@ -228,7 +229,7 @@ def _focus(lens: lb.Lens, settings: Settings) -> tuple[float, FocusPosition]:
     """The focus distance (mm) as the lens sees it, and the position of the film; LensError where there is none."""
     distance = seen_focus(lens, settings)
     position = focusing(lens, settings, distance)
-    if position.method == "real":
+    if position.method != "paraxial":
         try:
             by_rays = seen_by_rays(lens, settings, distance)
             away = lb.film_distance(lb.focused(lens, by_rays, "real"), by_rays, "real")
@@ -258,38 +259,45 @@ def focusing(lens: lb.Lens, settings: Settings, distance: float) -> FocusPositio
     """
     if not settings.follows_lens:
         return FocusPosition("paraxial")
-    return _compared(lens, distance, settings.focus_position, ENOUGH * settings.film.pitch)
+    return _compared(lens, distance, settings.focus_position, picture_light(settings, lens))
+
+
+def picture_light(settings: Settings, lens: lb.Lens) -> Light:
+    """Wavelengths (µm) and weights of pictures through a lens: those with dispersion, or the d line."""
+    return PICTURE if settings.dispersion != "off" and settings.follows_lens and has_dispersion(lens) else D_LIGHT
 
 
 @lru_cache(maxsize=64)
-def _compared(lens: lb.Lens, distance: float, asked: str, enough: float) -> FocusPosition:
+def _compared(lens: lb.Lens, distance: float, asked: str, light: Light) -> FocusPosition:
     try:
-        paraxial, least = (_blur(lens, distance, method) for method in ("paraxial", "real"))
+        moved, shift = lb.focused(lens, distance, "real"), contrast_shift(lens, distance, light)
+        least = lb.film_distance(lens, distance, "real")
+        paraxial = lb.film_distance(lens, distance)
+        there = lb.focused(lens, distance)
+        away = distance - moved.length - least
+        best, middling = (float(axis_contrast(moved, np.array([least + s]), away, light)[0]) for s in (shift, 0.0))
+        plain = float(axis_contrast(there, np.array([paraxial]), distance - there.length - paraxial if
+                                    lens.has_focus_groups else away, light)[0])
+        method = asked if asked != "auto" else "contrast" if best - plain > ENOUGH else "paraxial"
+        focused = there if method == "paraxial" else moved
+        film = {"paraxial": paraxial, "real": least}.get(method, least + shift)
+        blur = float(lb.real_circle_of_confusion(focused, film, [distance])[0][0])
     except lb.LensError:
         return FocusPosition("paraxial")
-    if not (math.isfinite(paraxial) and math.isfinite(least)):
+    if not (math.isfinite(blur) and math.isfinite(least) and math.isfinite(plain)):
         return FocusPosition("paraxial")
-    better = asked == "real" or asked == "auto" and paraxial - least > enough
-    return FocusPosition("real" if better else "paraxial", paraxial, least)
-
-
-def _blur(lens: lb.Lens, distance: float, method: str) -> float:
-    """The diameter (mm) of the axis point in focus."""
-    focused = lb.focused(lens, distance, method)
-    film_distance = lb.film_distance(focused, distance, method)
-    return float(lb.real_circle_of_confusion(focused, film_distance, [distance])[0][0])
+    return FocusPosition(method, blur, (best, middling, plain), shift if method == "contrast" else 0.0)
 
 
 def focus_text(position: FocusPosition) -> str:
     """The position and its reason in a sentence or two."""
-    if position.paraxial_blur is None or position.least_blur is None:
+    if not position.contrasts:
         return "Paraxial focus: the limit of small stops, the only focus of an ideal model"
-    method, blur = "by the least blur" if position.method == "real" else "paraxially", position.blur or 0.0
-    other_method, other_blur = (("paraxially", position.paraxial_blur) if position.method == "real"
-                                else ("by the least blur", position.least_blur))
-    return (f"Focused {method}: a point in focus is {significant(1000.0 * blur, 3)} µm wide on the axis, "
-            f"{significant(1000.0 * other_blur, 3)} "
-            f"µm {other_method}. The difference is spherical aberration, which grows with the aperture")
+    contrasts = dict(zip(POSITIONS, position.contrasts, strict=True))
+    own = contrasts.pop(position.method)
+    others = ", ".join(f"{fixed(100.0 * value, 0)} % {POSITIONS[name]}" for name, value in contrasts.items())
+    return (f"Focused {POSITIONS[position.method]}: lines of 30 lp/mm on the axis have {fixed(100.0 * own, 0)} % "
+            f"contrast; {others}. They differ by spherical aberration, which grows with the aperture, and by colour")
 
 
 def lens_camera(settings: Settings) -> lb.LensCamera:

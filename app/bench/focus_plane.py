@@ -2,7 +2,7 @@
 
 Lengths in mm, camera frame unless said otherwise. Through a real lens whose film or whose elements are tilted or
 decentred, a click is focused by traced beams of its film point: narrow ones where the film lies at the paraxial focus,
-those of the open stop where it lies at the least blur.
+those of the open stop, at their least blur, where it lies there or as far from there as the best contrast.
 """
 
 import math
@@ -206,9 +206,9 @@ def _traced(settings: Settings, raster: Place, depth: float) -> ClickFocus:
         """How much nearer (1/mm) than the depth the beam has its focus, for a focus distance of 1 / nearness."""
         trial = replace(settings, focus_distance=1.0 / nearness if nearness > 0.0 else math.inf, focus_position=method)
         there, (x, y) = seen_from(trial, raster)
-        film_distance = bench_of(trial).film_distance
-        film = np.array([[x, y, there.film_distance - film_distance]])
-        return float(beams(there.lens, film_distance, film, method == "real").depth_nearness[0]) - 1.0 / depth
+        own = bench_of(trial)
+        film = np.array([[x, y, there.film_distance - own.film_distance - own.focusing.shift]])
+        return float(beams(there.lens, own.film_distance, film, method != "paraxial").depth_nearness[0]) - 1.0 / depth
 
     nearest = 1.0 / (lb.nearest_focus(at_middle.lens) * (1.0 + 1e-6))
     slack = UNSHARP * settings.film.pitch * at_middle.f_number / at_middle.at_infinity.efl**2

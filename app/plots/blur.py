@@ -154,7 +154,7 @@ def _traced(settings: Settings) -> np.ndarray:
     film = settings.film_pose.points(film_xy.reshape(-1, 2))
     narrow = beams(built.lens, built.film_distance, film)
     whole = beams(built.lens, built.film_distance, film, whole=True)
-    focused = whole if built.focusing.method == "real" else narrow
+    focused = narrow if built.focusing.method == "paraxial" else whole
     directions, starts = (values.reshape(DOWN, ACROSS, 3) for values in (narrow.directions, narrow.starts))
     steps = film_xy[0, 1, 0] - film_xy[0, 0, 0], film_xy[1, 0, 1] - film_xy[0, 0, 1]
 

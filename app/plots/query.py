@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.bench.build import Bench, bench_of, is_in_colour, published
+from lensbench.app.bench.build import POSITIONS, Bench, bench_of, is_in_colour, published
 from lensbench.app.bench.ray_fans import lit_radius
 from lensbench.app.plots.plot import Curve, Figure, Label, Plot, Points
 from lensbench.app.settings.camera_facts import LENS_MODELS
@@ -117,7 +117,7 @@ class Query:
         if len(used.wavelengths) > 1 and self.white in WHITES:
             name = "fdc" if self.white == "lens" and not self.lens.system.wavelengths else self.white
             weighted = f", weighted {WHITES[name]}"
-        film = "film by the least blur" if self.bench.focusing.method == "real" else "film at the paraxial focus"
+        film = f"focused {POSITIONS[self.bench.focusing.method]}"
         words = [f"object {format_distance(self.focus_distance)}{through}", f"{lines} nm{weighted}", film]
         words += [word for word in more if word != f"{lines} nm alone"]
         if rays is not None:

@@ -36,7 +36,7 @@ SHAPES = {"equirectangular": (2, 1), "equal-area": (1, 1), "cube-map": (4, 3)}  
 FOV_AXES = {"shorter": "Shorter side", "longer": "Longer side", "horizontal": "Width", "vertical": "Height",
             "diagonal": "Diagonal"}
 DISPERSIONS = {"auto": "Where there is dispersion data", "on": "On", "off": "Off"}
-FOCUS_POSITIONS = {"auto": "Automatic", "paraxial": "Paraxial", "real": "Least blur"}
+FOCUS_POSITIONS = {"auto": "Automatic (best contrast)", "real": "Least blur", "paraxial": "Paraxial"}
 READOUT_DIRECTIONS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}     # in the upright picture
 MEDIUMS = {"air": "Air", "fog": "Fog", "water": "Water"}
 EXPOSURES = {"plain": "As it is", "triangle": "Exposed", "automatic": "Auto ISO"}
@@ -74,7 +74,7 @@ class SettingTable(LensSettings):
     degree: int = setting(9, choices=DEGREES, read=read_count, metavar="N",
                           help="degree of the fitted polynomial: " + ", ".join(map(str, DEGREES)))
     dispersion: str = setting(
-        "auto", choices=DISPERSIONS, figures=False, help="colour errors of the lens: traced where there is "
+        "auto", choices=DISPERSIONS, help="colour errors of the lens: traced where there is "
         "dispersion data (auto), on (an error where they are not), or off")
     light_tracing: bool = setting(
         True, figures=False,
@@ -153,8 +153,8 @@ class SettingTable(LensSettings):
         "without a position of the camera, the camera is placed where it frames the scene's subject in focus")
     focus_position: str = setting(
         "auto", choices=FOCUS_POSITIONS,
-        help="position of the film behind a real lens: the paraxial focus (paraxial), the position of least blur of "
-        "all rays (real), or the latter only where it is half a pixel sharper (auto)")
+        help="position of the film behind a real lens: best contrast of 30 lp/mm on the axis (auto, by default), the "
+        "least blur of all rays (real), or the paraxial focus (paraxial)")
     medium: str = setting("air", choices=MEDIUMS, help="the medium before the camera")
     visibility: float = setting(
         10_000.0, unit="mm", bounds=DISTANCE, figures=False, read=read_distance, metavar="DISTANCE",

@@ -221,7 +221,7 @@ def _before_window(camera: LensCamera, circle: float) -> SharpFocus:
     a, b, g = camera.film_pose.axes[2]
     n = lens.front_index
     start, unit = float(camera.film_pose.centre @ camera.film_pose.axes[2]) - g * rear, 1.0
-    if camera.focus_method == "real" and camera.film_at is None and camera.follows_rays:
+    if camera.focus_method != "paraxial" and camera.film_at is None and camera.follows_rays:
         # The film is where real rays meet; where paraxial ones of the same object would do, these planes belong
         before = camera.focus_distance + front
         image, unit = (fo.efl, 1.0) if math.isinf(before) else (before * fo.efl, before - n * fo.efl)

@@ -105,7 +105,7 @@ def check_settings(lens: Lens, model: str, degree: int, weights: str, focus_meth
         raise CameraError(f"weights {weights!r} are for ideal cameras, whose pupil is the same for every film point: "
                           "choose relative or physical weights, or the model thick, thin or pinhole")
     if focus_method not in METHODS:
-        raise CameraError(f"focus method {focus_method!r}: choose {' or '.join(METHODS)}")
+        raise CameraError(f"focus method {focus_method!r}: choose one of {', '.join(METHODS)}")
     if model == "polynomial" and degree not in DEGREES:
         raise CameraError(f"polynomial degree {degree}: choose one of {', '.join(map(str, DEGREES))}")
     if not lens.is_rotationally_symmetric and model not in ("auto", "trace"):

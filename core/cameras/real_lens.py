@@ -20,9 +20,11 @@ from lensbench.core.cameras.real_lens_projection import (
 )
 from lensbench.core.cameras.shutter import CameraError
 from lensbench.core.imaging.film import UPRIGHT, Film, FilmPose
+from lensbench.core.imaging.spectrum import PICTURE
 from lensbench.core.kernels.block import Step
 from lensbench.core.kernels.program import Program
 from lensbench.core.lens_models.polynomial import Polynomial
+from lensbench.core.optics.axis_contrast import D_LIGHT
 from lensbench.core.optics.block_trace import trace_steps
 from lensbench.core.optics.focus import FocusError, film_distance, focused, nearest_focus
 from lensbench.core.optics.glass import D_LINE
@@ -57,8 +59,9 @@ class LensCamera(Camera):
         degree: Degree of the polynomial: 3, 5, 7, 9 or 11.
         dispersion: Whether pictures are traced at many wavelengths rather than the d line; None: where the indices of
             all glasses are known at these wavelengths.
-        focus_method: Position of the film, for every model: "paraxial", or "real" for the least blur of real rays at
-            this aperture (see `film_distance`). At the latter an ideal model is out of focus.
+        focus_method: Position of the film, for every model: "paraxial", "real" for the least blur of real rays at this
+            aperture, or "contrast" for the best contrast in the colours of the picture (see `film_distance`). At the
+            latter two an ideal model is out of focus.
         film_distance: Keyword, instead of a focus distance: where the film stands, in mm behind the last vertex. The
             lens stays as it is, and `focus_distance` becomes the plane that is then in focus, math.inf where there is
             none.
@@ -100,7 +103,7 @@ class LensCamera(Camera):
             object.__setattr__(self, "focus_distance", focus_of_film(lens, self.film_at, self.focus_distance))
         if not self.film_distance > 0.0:            # evaluated here, so that a lens without focus raises
             behind, reason = first_order(self.lens).bfl, ""
-            if self.focus_method == "real" and self.film_at is None and 0.0 < behind < math.inf:
+            if self.focus_method != "paraxial" and self.film_at is None and 0.0 < behind < math.inf:
                 reason = (f": by real rays at this aperture; its paraxial focus lies {significant(behind, 4)} mm "
                           "behind it. Stop down, focus paraxially, or add missing aspheric coefficients")
             raise FocusError(f"this lens forms its image {significant(-self.film_distance, 4)} mm before its "
@@ -135,7 +138,7 @@ class LensCamera(Camera):
         """Distance (mm) from the last vertex to the film."""
         if self.film_at is not None:
             return self.film_at
-        return film_distance(self.lens, self.focus_distance, self.focus_method)
+        return film_distance(self.lens, self.focus_distance, self.focus_method, PICTURE if self.disperses else D_LIGHT)
 
     @cached_property
     def pupil(self) -> Regions:

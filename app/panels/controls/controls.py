@@ -79,7 +79,7 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
         parts.append(("Stop", "The shape of the iris, and the coating for the T-stop", popups.stop_in_use(settings),
                       partial(popups.stop_popup, requests=chooser.requests)))
     if settings.has_lens:
-        parts.append(("Focus", "Position of the film, paraxial or of least blur; tilt, swing, rise, shift, curvature",
+        parts.append(("Focus", "How the film is focused; tilt, swing, rise, shift, curvature",
                       settings.focus_position != "auto" or popups.film_dials_in_use(settings), focus_popup))
     if can_disperse(settings):
         parts.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",

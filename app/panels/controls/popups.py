@@ -100,9 +100,9 @@ def _curvature(settings: Settings) -> Settings:
 
 
 FOCUS_TIPS = {
-    "auto": "The paraxial focus, or the position of least blur if a point in focus is half a pixel sharper there",
-    "paraxial": "The limit of small stops, in closed form: the distance engraved on a lens",
+    "auto": "Best contrast of lines of 30 lp/mm on the axis, in the colours of the picture and at the current aperture",
     "real": "The position of least rms blur on the axis for all rays of the current aperture",
+    "paraxial": "The limit of small stops, in closed form: the distance engraved on a lens",
 }
 
 

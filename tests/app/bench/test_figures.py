@@ -224,7 +224,8 @@ def test_every_length_is_finite_or_none_save_the_far_limit():
     ("viltrox-af-stm-ed-if-75-f12", 278.25), ("rodenstock-xr-heligon-100-f075", 490.0),
     ("rodenstock-xr-heligon-100-f075", 600.0), ("nikon-fuwatto-soft-90-f48", 600.0)])
 def test_a_lens_that_all_its_rays_focus_is_focused_through_a_window_where_it_is_set(name, focus):
-    settings = Settings(lens=name, medium="water", f_number=None, focus_distance=focus, lens_model="trace")
+    settings = Settings(lens=name, medium="water", f_number=None, focus_distance=focus, lens_model="trace",
+                        focus_position="real")
     got, built = readings(settings), bench_of(settings)
     assert got.focusing.method == "real" and not built.refused
     assert built.port.true(built.focus_distance) == pytest.approx(focus, rel=1e-9)

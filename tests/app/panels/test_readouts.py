@@ -24,7 +24,7 @@ def test_the_table_of_the_double_gauss():
     said = table(START, Status(164e6, 60.0, 128))
     assert said["Focal length"] == "50.4 mm" and said["Back focal length"] == "36.1 mm"
     assert said["f-number"] == "f/2.80" and said["Entrance pupil"] == "ø 18.0 mm"
-    assert said["Field of view"] == "39.7° × 26.9°"       # with its distortion: 39.3° × 26.8° by 2 atan(h / 2f)
+    assert said["Field of view"] == "39.8° × 26.9°"       # with its distortion: 39.3° × 26.8° by 2 atan(h / 2f)
     assert said["Rays"] == "164 M/s" and said["Frames"] == "60 fps" and said["Samples"] == "128"
     assert said["Magnification"].startswith("1 : 21.")
 

@@ -99,7 +99,7 @@ def test_the_distance_that_the_error_names_can_be_focused(name):
         assert 0.9 < 1000.0 * metres / lb.nearest_focus(lens(name)) < 1.1
 
 
-@pytest.mark.parametrize("method", ["paraxial", "real"])
+@pytest.mark.parametrize("method", ["paraxial", "real", "contrast"])
 @pytest.mark.parametrize("name", ["pbrt-dgauss-50mm", "canon-ef-l-usm-14-f28"])         # unit focusing, focus groups
 def test_the_nearest_distance_of_each_method_is_the_limit_of_its_film_distance(name, method):
     wide = library.load(name)
@@ -108,7 +108,7 @@ def test_the_nearest_distance_of_each_method_is_the_limit_of_its_film_distance(n
         assert lb.film_distance(wide, distance, method) > 0.0
     with pytest.raises(lb.FocusError, match="nearest distance of this lens is"):
         lb.film_distance(wide, nearest * (1.0 - 1e-12), method)
-    with pytest.raises(ValueError, match="it must be 'paraxial' or 'real'"):
+    with pytest.raises(ValueError, match="it must be 'paraxial', 'real' or 'contrast'"):
         lb.nearest_focus(wide, "exact")
 
 
@@ -137,7 +137,7 @@ def test_a_lens_whose_front_principal_plane_lies_deep_focuses_up_to_its_first_ve
 
 
 @pytest.mark.parametrize("distance", [nan, -1000.0, 0.0, -inf])
-@pytest.mark.parametrize("method", ["paraxial", "real"])
+@pytest.mark.parametrize("method", ["paraxial", "real", "contrast"])
 def test_an_invalid_distance_is_refused(distance, method):
     with pytest.raises(lb.FocusError, match="nearest distance of this lens is"):
         lb.film_distance(biconvex(), distance, method)
@@ -152,7 +152,7 @@ def test_a_lens_that_does_not_converge_says_so():
 
 
 def test_an_unknown_method_is_refused():
-    with pytest.raises(ValueError, match="'paraxial' or 'real'"):
+    with pytest.raises(ValueError, match="'paraxial', 'real' or 'contrast'"):
         lb.film_distance(biconvex(), inf, "magic")
 
 
