@@ -3,6 +3,9 @@
 A drag turns it continuously (with Shift at a tenth of the speed), a click and the
 wheel go to the engraved stops if the scale has them, ctrl-click or Enter takes a
 typed value, a double click resets. The widget is one imgui item named by its label.
+
+One dial of a window may have the keyboard: Tab and the arrows up and down pass it on, the arrows left and right turn it
+(with Shift at a tenth of the step, Page Up and Down by a full stop), Escape and any click let go.
 """
 
 import math
@@ -17,7 +20,8 @@ from lensbench.app.settings.dial_scales import Scale, figures_that_fit
 
 DRAG_THRESHOLD = 3.0            # pixels at a scale of 1, before a press becomes a drag
 GRAB = 7.0                      # pixels at a scale of 1: closer to the index line a press does not move it
-FINE = 0.1                      # of the mouse's movement, with Shift
+FINE = 0.1                      # of the mouse's movement, or of a step, with Shift
+STOP = 3                        # steps of Page Up and Down: third stops
 
 
 @dataclass(frozen=True)
@@ -49,7 +53,36 @@ class DialState:
     grip: Grip | None = None
     entry: Entry | None = None
     known: int = 0              # the dial that was turned while the mouse is on it: it shows no tooltip
+    keyed: int = 0              # the dial that has the keyboard
+    scrolls: bool = False       # and whether it is to be brought into sight
+    drawn: list[int] = field(default_factory=list)      # the dials of this frame, and of the one before
+    order: list[int] = field(default_factory=list)
     engravings: dict[int, Recorded] = field(default_factory=dict)
+
+    def take_keyboard(self) -> None:
+        """Give the keyboard to the first dial, or take it from the one that has it."""
+        self.keyed, self.scrolls = 0 if self.keyed else next(iter(self.order), 0), True
+        if self.keyed:
+            imgui.set_window_focus(None)
+
+    def steer(self) -> bool:
+        """Pass the keyboard on, before the dials of a frame; whether one of them has it in this frame."""
+        self.order, self.drawn = self.drawn, []
+        if self.keyed not in self.order or any(imgui.is_mouse_clicked(button) for button in range(3)):
+            self.keyed = 0
+        if not self.keyed or self.entry is not None or imgui.is_popup_open("", imgui.PopupFlags_.any_popup):
+            return bool(self.keyed)
+        key, io, pressed = imgui.Key, imgui.get_io(), imgui.is_key_pressed
+        if pressed(key.escape):
+            self.keyed = 0
+            return True
+        tab = pressed(key.tab) and not io.key_ctrl
+        step = (int(pressed(key.down_arrow) or tab and not io.key_shift)
+                - int(pressed(key.up_arrow) or tab and io.key_shift))
+        if step:
+            self.keyed = self.order[(self.order.index(self.keyed) + step) % len(self.order)]
+            self.scrolls = True
+        return True
 
 
 # Current like imgui's context: each window sets its state before it draws
@@ -80,7 +113,12 @@ def dial(label: str, value: float, scale: Scale, tooltip: str = "", zone: tuple[
     # The bar is the item; the line above it holds the label, and the value or its entry
     imgui.set_cursor_screen_pos(ImVec2(corner.x, top))
     imgui.invisible_button(label, bar, imgui.ButtonFlags_.enable_nav)
-    hovered, focused = imgui.is_item_hovered(), imgui.is_item_focused()
+    hovered = imgui.is_item_hovered()
+    focused = state.keyed == item or imgui.is_item_focused() and imgui.get_io().nav_visible
+    state.drawn.append(item)
+    if state.keyed == item and state.scrolls:
+        imgui.set_scroll_here_y()
+        state.scrolls = False
     value = _turned(state, item, value, scale, corner.x + margin, max(width - 2.0 * margin, 1.0))
     value = _keyed(state, item, value, scale, focused)
     active = imgui.is_item_active()
@@ -167,12 +205,13 @@ def _turned(state: DialState, item: int, value: float, scale: Scale, left: float
 
 def _keyed(state: DialState, item: int, value: float, scale: Scale, focused: bool) -> float:
     """The value after this frame's keys, while the dial has the keyboard focus."""
-    if not focused or state.entry is not None or not imgui.get_io().nav_visible:
+    if not focused or state.entry is not None:
         return value
-    for key, step in ((imgui.Key.left_arrow, -1), (imgui.Key.right_arrow, 1)):
+    keys, fine = imgui.Key, imgui.get_io().key_shift
+    for key, step in ((keys.left_arrow, -1), (keys.right_arrow, 1), (keys.page_down, -STOP), (keys.page_up, STOP)):
         imgui.internal.set_key_owner(key, item)
         if imgui.internal.is_key_pressed(key, imgui.InputFlags_.repeat, item):
-            return scale.stepped(value, step)
+            return scale.finely(value, FINE * step) if fine else scale.stepped(value, step)
     if imgui.is_key_pressed(imgui.Key.enter, False):
         state.entry = Entry(item, _plain(scale.format(value)))
     return value
@@ -280,8 +319,9 @@ def _draw_bar(state: DialState, item: int, draw: imgui.ImDrawList, corner: ImVec
         return math.floor(corner.x + margin + scale.to_unit(of) * length)
 
     draw.add_rect_filled(corner, end, theme.packed(colour.frame_hovered if lit else colour.frame), rounding)
-    if focused and imgui.get_io().nav_visible:
-        draw.add_rect(corner, end, theme.packed(colour.dim), rounding)
+    if focused:
+        draw.add_rect(ImVec2(corner.x - pixel, corner.y - pixel), ImVec2(end.x + pixel, end.y + pixel),
+                      theme.packed(colour.strong), rounding, 1.5 * pixel)
     if zone is not None:
         near, far = (min(max(edge, scale.low), scale.high) for edge in zone)
         near_x, far_x = column(near), column(far)

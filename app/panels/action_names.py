@@ -6,7 +6,7 @@ it does. Keys are written as people read them; alternatives are separated by " o
 
 from typing import NamedTuple
 
-VIEW, RENDER, FILES, COMPARISON = "View", "Render", "Files and window", "Comparison"
+VIEW, RENDER, FILES, COMPARISON, DIALS = "View", "Render", "Files and window", "Comparison", "Dials"
 
 
 class Named(NamedTuple):
@@ -46,6 +46,15 @@ ACTION_NAMES: dict[str, Named] = {
     "Restart render": Named("R", RENDER, "Restart the render"),
     "Undo": Named("Ctrl+Z", RENDER),
     "Redo": Named("Ctrl+Shift+Z or Ctrl+Y", RENDER),
+    "Turn dials by keys": Named("T", DIALS, "Give the keyboard to the first dial: Tab and the arrows up and down pass "
+                                "it on, left and right turn it\nShift for fine steps, Page Up and Down for full stops, "
+                                "Enter to type, Escape to let go"),
+    "Focus nearer": Named("[", DIALS),
+    "Focus farther": Named("]", DIALS),
+    "Open aperture": Named(",", DIALS, "Open the aperture by a third of a stop"),
+    "Close aperture": Named(".", DIALS, "Close the aperture by a third of a stop"),
+    "Expose less": Named("-", DIALS, "Darken the picture by a third of a stop"),
+    "Expose more": Named("+ or =", DIALS, "Brighten the picture by a third of a stop"),
     "Command palette…": Named("Ctrl+K", FILES),
     "Keys and mouse": Named("F1 or ?", FILES),
     "What the terms mean": Named(),
@@ -73,6 +82,8 @@ ACTION_NAMES: dict[str, Named] = {
     "Reset all": Named(tip="Reset all settings except lens and scene"),
     "Dark theme": Named(),
     "Light theme": Named(),
+    "Hide panels": Named("Tab", FILES, "Hide all panels but the picture, or show them again"),
+    "Full screen": Named("F11", FILES),
     "Reset layout": Named(tip="Put every panel of the layout back in its place, for the current size of the window"),
     "Dismiss all notices": Named(),
     "Quit": Named("Ctrl+Q", FILES),

@@ -111,6 +111,8 @@ class Request(Enum):
     BROWSE_LENSES = auto()
     IMPROVE_LENS = auto()
     RESET_LAYOUT = auto()
+    HIDE_PANELS = auto()                # or show them again
+    FULL_SCREEN = auto()                # or leave it
     SHOW_HELP = auto()
     SHOW_PALETTE = auto()
     SHOW_TERMS = auto()

@@ -92,6 +92,10 @@ class Scale:
         target = beyond[min(abs(steps), len(beyond)) - 1]
         return min(self.snaps, key=lambda snap: abs(self.to_unit(snap) - target))
 
+    def finely(self, value: float, steps: float) -> float:
+        """Value this part of a snap, or of a hundredth of a dial without any, to the right."""
+        return self.from_unit(self.to_unit(value) + steps / (max(len(self.snaps) - 1, 1) if self.snaps else 100))
+
     def parse(self, text: str) -> float:
         """Value of a typed text; the message of a ValueError says what to type, or gives the range."""
         value = self.read(text)

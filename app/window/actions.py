@@ -7,7 +7,7 @@ from imgui_bundle import hello_imgui, imgui
 
 from lensbench.app.bench.constraints import constrained
 from lensbench.app.bench.exposure import METERED, MODES, with_mode
-from lensbench.app.bench.lens_choice import FOCUS, TRIALS, Trial, tried, with_scene
+from lensbench.app.bench.lens_choice import APERTURE, FOCUS, TRIALS, Trial, tried, with_scene
 from lensbench.app.bench.pose import LookAround
 from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.action_names import ACTION_NAMES, Named
@@ -24,7 +24,8 @@ from lensbench.lenses import WRITERS
 NOTHING_PINNED = "Nothing to compare with yet: pin a picture as A first (A)"
 KEY = imgui.Key
 KEYS = {"Ctrl": KEY.mod_ctrl, "Shift": KEY.mod_shift, "1": KEY._1,
-        **{name: getattr(KEY, name.lower()) for name in ("Space", "Home", "F1", *"ABCDEFGHIJKLMNOPQRSTUVWXYZ")}}
+        **{name: getattr(KEY, name.lower()) for name in ("Space", "Home", "Tab", "F1", "F11",
+                                                         *"ABCDEFGHIJKLMNOPQRSTUVWXYZ")}}
 
 
 def _always(_: WindowState) -> bool:
@@ -49,9 +50,14 @@ class Action:
 
     @property
     def chords(self) -> tuple[int, ...]:
-        """The keys as chords of imgui; “?” is no key on every keyboard, and is read as a character."""
+        """The keys as chords of imgui, without `characters`."""
         return tuple(chord(*(KEYS[name] for name in text.split("+")))
-                     for text in self.keys.split(" or ") if text and text != "?")
+                     for text in self.keys.split(" or ") if text and text not in self.characters)
+
+    @property
+    def characters(self) -> tuple[str, ...]:
+        """The keys that are read as characters, for they lie elsewhere on each keyboard: “?”, “[”, …"""
+        return tuple(text for text in self.keys.split(" or ") if len(text) == 1 and not text.isalnum())
 
 
 def undo(state: WindowState) -> None:
@@ -145,6 +151,17 @@ def _compare(comparison: str) -> Callable[[WindowState], None]:
     return run
 
 
+def _turned(name: str, steps: int) -> Callable[[WindowState], None]:
+    def run(state: WindowState) -> None:
+        from lensbench.app.panels.controls.dials import turned  # not needed for the first picture
+
+        try:
+            state.edited = turned(state.edited, name, steps)
+        except (ValueError, OSError) as error:
+            state.view.say(str(error))
+    return run
+
+
 def _mode(mode: str) -> Callable[[WindowState], None]:
     def run(state: WindowState) -> None:
         state.view.program = mode if mode in METERED else ""
@@ -175,6 +192,10 @@ RUNS: dict[str, Callable[[WindowState], None] | Request] = {
     "Pin picture as A": Request.PIN, "Compare side by side": _compare("side"), "Compare with a wipe": _compare("wipe"),
     "Show difference": _compare("difference"), "Lock A's dials to B": _lock, "Pause": Request.PAUSE,
     "Restart render": Request.RESTART, "Undo": undo, "Redo": redo, "Command palette…": Request.SHOW_PALETTE,
+    "Turn dials by keys": lambda state: state.dials.take_keyboard(),
+    "Focus nearer": _turned(FOCUS, -1), "Focus farther": _turned(FOCUS, 1), "Open aperture": _turned(APERTURE, -1),
+    "Close aperture": _turned(APERTURE, 1), "Expose less": _turned("exposure", -1),
+    "Expose more": _turned("exposure", 1), "Hide panels": Request.HIDE_PANELS, "Full screen": Request.FULL_SCREEN,
     "Keys and mouse": Request.SHOW_HELP, "What the terms mean": Request.SHOW_TERMS,
     "Lens browser…": Request.BROWSE_LENSES, "Open…": Request.OPEN, "Adjust scene…": Request.ADJUST_SCENE,
     "Save scene as…": Request.SAVE_SCENE, "Save lens…": Request.SAVE_LENS,
@@ -197,6 +218,7 @@ ENABLED: dict[str, Callable[[WindowState], bool]] = {
 CHECKED: dict[str, Callable[[WindowState], bool]] = {
     "Pin pixel": lambda state: state.view.links.pinned is not None,
     "Magnifier": lambda state: state.view.magnifier > 0,
+    "Hide panels": lambda state: state.panels_hidden, "Full screen": lambda state: state.full_screen is not None,
     "Dark theme": lambda state: state.dark, "Light theme": lambda state: not state.dark}
 
 
@@ -243,6 +265,7 @@ class Keyboard:
 
 
 CHORDS = [(chord, action) for action in ACTIONS.values() for chord in action.chords]
+CHARACTERS = {character: action for action in ACTIONS.values() for character in action.characters}
 
 
 def shortcuts(state: WindowState, keyboard: Keyboard) -> None:
@@ -250,10 +273,12 @@ def shortcuts(state: WindowState, keyboard: Keyboard) -> None:
     keyboard.advance()
     if imgui.is_key_pressed(KEY.escape) and imgui.internal.get_top_most_popup_modal() is None:
         imgui.internal.close_popups_except_modals()
+    keyed = state.dials.steer() or state.keyed          # Tab is theirs
     if imgui.get_io().want_text_input or imgui.is_popup_open("", imgui.PopupFlags_.any_popup_id):
         return
-    if ord("?") in list(imgui.get_io().input_queue_characters):
-        state.requests.add(Request.SHOW_HELP)
+    for code in list(imgui.get_io().input_queue_characters):
+        if chr(code) in CHARACTERS:
+            CHARACTERS[chr(code)].run(state)
     for pressed, action in CHORDS:
-        if keyboard.pressed(pressed):
+        if keyboard.pressed(pressed) and not (keyed and action.keys == "Tab"):
             action.run(state)

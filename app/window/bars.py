@@ -11,7 +11,7 @@ from lensbench.app.bench.lens_choice import TRIALS
 from lensbench.app.display.frame import View
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph
-from lensbench.app.panels.action_names import key_of
+from lensbench.app.panels.action_names import COMPARISON, DIALS, key_of
 from lensbench.app.panels.controls.controls import lens_name
 from lensbench.app.panels.snapshots import task_progress
 from lensbench.app.plots.pixel_spot import pixel_readings
@@ -148,10 +148,10 @@ class Help:
         for action in ACTIONS.values():
             if action.group:
                 groups.setdefault(action.group, []).append((action.keys, action.name.removesuffix("…")))
-        names = list(groups)
-        columns = ([[("Mouse", list(GESTURES)), *((name, groups[name]) for name in names[1:3])],
-                    [(name, groups[name]) for name in names if name not in names[1:3]]] if wide else
-                   [[("Mouse", list(GESTURES)), *groups.items()]])
+        groups = {"Mouse": list(GESTURES), **groups}
+        columns = [[group for group in groups.items() if group[0] in ("Mouse", COMPARISON, DIALS)],
+                   [group for group in groups.items() if group[0] not in ("Mouse", COMPARISON, DIALS)]]
+        columns = columns if wide else [columns[0] + columns[1]]
         if imgui.begin_table("Keys", len(columns)):
             for column in columns:
                 imgui.table_next_column()

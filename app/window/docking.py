@@ -219,6 +219,7 @@ class Folding:
         self._arranged: dict[str, Arrangement] = {}     # by layout and folds
         self._arrangement: Arrangement | None = None    # the one that the next frame begins with
         self._order: list[str] = []             # of the tabs of the arrangement that the frame before has begun with
+        self._hidden: Arrangement | None = None         # the panels while only the picture is shown
         self._fresh = False                     # no layout was saved by an earlier session
         self._frames = 0
 
@@ -240,6 +241,17 @@ class Folding:
             self._folded = {name: dock for name, dock in folded.items() if isinstance(dock, str)}
             self._arranged = arrangements(hello_imgui.load_lasting_pref("arrangements"))
             self._arrangement = self._arranged.get(_key(self._layout, self._folded))
+
+    def hide(self) -> None:
+        """Hide all panels but the render, or show those again that were hidden."""
+        if any(panel.is_visible for panel in _panels() if panel.label != RENDER):
+            self._keep()
+            self._hidden = self._arranged[_key(self._layout, self._folded)]
+            _show([])
+        elif self._hidden is not None:
+            self._arrangement, self._hidden = self._hidden, None
+        else:
+            self.lay_out()
 
     def closed(self) -> None:
         """The window is about to close."""
@@ -271,7 +283,10 @@ class Folding:
             return
         if self._frames <= SETTLED or width < 10.0 * em or height < 10.0 * em:      # a minimised window stays
             return
+        self._window.panels_hidden = not any(panel.is_visible for panel in _panels() if panel.label != RENDER)
         layout = self._window.layout
+        if self._window.panels_hidden and layout == self._layout:
+            return                              # folded when they are shown again
         now = folds(layout, width, height, em)
         if (layout, now) == (self._layout, self._folded):
             return
@@ -289,7 +304,11 @@ class Folding:
             _show(shown)
 
     def _keep(self) -> list[str]:
-        """Keep the panels as they lie; the names of those that are shown."""
+        """Keep the panels as they lie, or lay before they were hidden; the names of those that are shown."""
+        if self._hidden is not None and self._window.panels_hidden:
+            self._arranged[_key(self._layout, self._folded)] = self._hidden
+            shown, self._hidden = self._hidden.shown, None
+            return shown
         shown = sorted((panel.label for panel in _panels() if panel.is_visible), key=_tab)
         front = [name for name in shown if self._window.panel_shown(name)]
         made = Arrangement(shown, front, imgui.save_ini_settings_to_memory())

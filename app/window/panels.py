@@ -234,6 +234,7 @@ class Panels:
 
         window, state = self._state, self.kept.table
         window.edited = lens_table_panel(window.edited, state, window.view.links)
+        window.keyed = window.keyed or state.keyed
         if state.parted:
             window.history.part()
         for sentence in state.said:

@@ -36,6 +36,7 @@ from lensbench.app.window.layouts import LAYOUTS
 from lensbench.app.window.lens_browsing import LensBrowsing, LensEditing
 from lensbench.app.window.palette import Palette
 from lensbench.app.window.panels import Panels
+from lensbench.app.window.screen import switch_full_screen
 from lensbench.app.window.snapshots import Comparing, Snapshots
 from lensbench.app.window.state import WindowState, forget_derived, preference, texts
 from lensbench.app.window.terms import Terms
@@ -110,6 +111,8 @@ class Session(WindowState):
         if self.remember:
             with suppress(ValueError, OSError):         # the next session begins anew
                 save_session(self.history.present)
+        if self.full_screen is not None:
+            switch_full_screen(self)            # else the next session opens as large
         self.folding.closed()
         self.compilers.stop()                   # first: threads that wait for a kernel end with it
         self.export.cancel()
@@ -160,6 +163,7 @@ class Session(WindowState):
         self._unpin()
         self._steer_lists()
         shortcuts(self, self._keyboard)
+        self.keyed = False
         self.files.answer()
         self._answer_requests()
 
@@ -207,7 +211,7 @@ class Session(WindowState):
 
     def _unpin(self) -> None:
         """Escape unpins the pixel, unless it closes something first."""
-        if imgui.is_key_pressed(imgui.Key.escape) and not self.browsing.is_open \
+        if imgui.is_key_pressed(imgui.Key.escape) and not self.browsing.is_open and not self.dials.keyed \
                 and not imgui.is_popup_open("", imgui.PopupFlags_.any_popup):
             self.view.links.pinned = None
 
@@ -270,6 +274,10 @@ class Session(WindowState):
             self.browsed = None
         if Request.RESET_LAYOUT in requests:
             self.folding.lay_out()
+        if Request.HIDE_PANELS in requests:
+            self.folding.hide()
+        if Request.FULL_SCREEN in requests:
+            switch_full_screen(self)
         if Request.SHOW_HELP in requests:
             self.help.open()
         if Request.SHOW_PALETTE in requests:

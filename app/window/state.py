@@ -153,6 +153,9 @@ class WindowState:
         self.remember = remember                        # layout, theme and recent files, beyond this session
         self.export = ExportDialog(self.wake)
         self.dark = True
+        self.keyed = False                              # a panel has the keyboard for Tab and the arrows
+        self.panels_hidden = False
+        self.full_screen: tuple[int, int, int, int] | None = None       # place and size of the window before it
         self.layout = BENCH                             # the chosen one of LAYOUTS
         self.recent: list[Path] = []                    # files that were opened, the newest first
         self.card_path: Path | None = None              # where the card of a snapshot is to be saved

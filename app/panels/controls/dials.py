@@ -18,6 +18,7 @@ from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import padlock
 from lensbench.app.drawing.dial import dial
 from lensbench.app.settings import dial_scales
+from lensbench.app.settings.dial_scales import Scale
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_length
 from lensbench.core.text import true_minus
@@ -57,16 +58,34 @@ def dials(settings: Settings, locked: set[str]) -> Settings:
     return replace(settings, exposure=exposure)
 
 
-def _focus(settings: Settings) -> Settings:
-    figures = readings(settings)
-    nearest = figures.nearest_focus
+def turned(settings: Settings, name: str, steps: int) -> Settings:
+    """The settings with a dial so many steps further to the right; ValueError where the camera has no such dial.
+
+    name: "focus", "aperture" or "exposure".
+    """
+    if name == "exposure":
+        return replace(settings, exposure=dial_scales.exposure_scale().stepped(settings.exposure, steps))
+    if name not in dial_names(settings) or settings.has_lens and readings(settings).nearest_focus is None:
+        raise ValueError(f"This camera has no {name} to turn")
+    if name == FOCUS:
+        return replace(settings, focus_distance=_focus_ring(settings).stepped(settings.focus_distance, steps))
+    shown, scale = _aperture_ring(settings)
+    return _with_aperture(settings, scale.stepped(shown, steps))
+
+
+def _focus_ring(settings: Settings) -> Scale:
+    nearest = readings(settings).nearest_focus
     if nearest is None or not math.isfinite(nearest):       # an edited lens may focus on nothing
         nearest = full_view(settings)[1] if settings.has_lens or settings.kind.has_view else NEAREST
+    return dial_scales.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001))
+
+
+def _focus(settings: Settings) -> Settings:
+    figures = readings(settings)
     zone = None
     if figures.near_limit is not None and figures.far_limit is not None:
         zone = (figures.near_limit, figures.far_limit if figures.far_limit > 0.0 else math.inf)
-    distance = dial(TITLES[FOCUS], settings.focus_distance,
-                    dial_scales.focus_scale(nearest * 1.0001, max(DEFAULT.focus_distance, nearest * 1.0001)),
+    distance = dial(TITLES[FOCUS], settings.focus_distance, _focus_ring(settings),
                     f"Distance s from {settings.kind.measured_from} to the plane in focus; the amber zone is the "
                     "depth of field" + (SOFT if figures.soft else "")
                     if settings.focuses else
@@ -87,21 +106,30 @@ def _throws_none(settings: Settings, title: str) -> bool:
     return True
 
 
-def _aperture(settings: Settings) -> Settings:
-    """The f-number of a lens or of an ideal lens; at its widest, the setting of a lens becomes None, wide open."""
-    if _throws_none(settings, TITLES[APERTURE]):
-        return settings
+def _aperture_ring(settings: Settings) -> tuple[float, Scale]:
+    """The f-number that the dial shows, and its scale."""
     widest = readings(settings).widest_f_number or 1.0
     shown = settings.f_number if settings.f_number is not None else widest
     scale = dial_scales.aperture_scale(widest, max(DEFAULT.f_number or widest, widest))
     if settings.f_number is None and not settings.has_lens:         # no lens that could be wide open
         scale = dial_scales.pinhole_scale(widest)
         shown = scale.high
+    return shown, scale
+
+
+def _aperture(settings: Settings) -> Settings:
+    """The f-number of a lens or of an ideal lens."""
+    if _throws_none(settings, TITLES[APERTURE]):
+        return settings
+    shown, scale = _aperture_ring(settings)
     f_number = dial(TITLES[APERTURE], shown, scale,
                     "f-number N: focal length over the diameter of the entrance pupil")
-    if f_number == shown:
-        return settings
-    opened = settings.has_lens and f_number <= widest
+    return settings if f_number == shown else _with_aperture(settings, f_number)
+
+
+def _with_aperture(settings: Settings, f_number: float) -> Settings:
+    """The settings with another f-number; at the widest of a lens it becomes None, wide open."""
+    opened = settings.has_lens and f_number <= (readings(settings).widest_f_number or 1.0)
     return replace(settings, f_number=None if opened else f_number)
 
 
