@@ -13,7 +13,8 @@ from lensbench.app.command.main import main
 from lensbench.core.optics.finding import Kind, note
 
 DOCS = Path(__file__).parents[3] / "docs"
-PAGES = {"python.md": 3, "own-cameras.md": 4, "exercises.md": 8, "editing.md": 1}      # examples, at least
+# Examples, at least
+PAGES = {"python.md": 3, "own-cameras.md": 4, "exercises.md": 8, "editing.md": 1, "course-notes.md": 6}
 MOST_LINES = 20                 # of an exercise
 
 
