@@ -47,9 +47,9 @@ def contact_sheet(arguments: argparse.Namespace) -> int:
         if Path(text).suffix.lower() in (".png", ".ppm"):
             cells.append(Cell.of(read_snapshot(Path(text))))
         elif " " in text and text not in lenses.names() and not Path(text).exists():
-            found = found_lenses(text)
-            say(f"“{text}”: {', '.join(found)}")
-            names += found
+            matching, count = found_lenses(text)
+            names += matching[:count]
+            say(f"“{text}”: {', '.join(matching[:count])}")
         else:
             names.append(str(Path(text).resolve()) if Path(text).is_file() else text)
     if names:

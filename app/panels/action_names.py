@@ -75,6 +75,9 @@ ACTION_NAMES: dict[str, Named] = {
     "Save screenshot…": Named(tip="Save a picture of the whole window"),
     "Save intrinsics…": Named(tip="Save camera intrinsics and pose as JSON"),
     "Keep snapshot": Named("B", FILES, "Keep the picture with its settings in the panel Snapshots"),
+    **{f"Open snapshot {number}": Named(f"Alt+{number}", "", "Open it, or compare it with the reference A")
+       for number in range(1, 10)},
+    "Contact sheet…": Named(tip="Render several lenses in the current framing, with captions, as one picture"),
     "Copy picture": Named("Ctrl+C", FILES, "Copy the picture to the clipboard"),
     "Copy state as text": Named("Ctrl+Shift+C", FILES, "Copy the settings as a short text for a message: paste it "
                                 "here, or open it by lensbench view TEXT"),

@@ -53,19 +53,19 @@ class Cell:
         return cls(codes, snapshot.name, " · ".join(words(snapshot.settings)[-2:]))
 
 
-def found_lenses(text: str, most: int = 6) -> list[str]:
-    """Names of the library's lenses that a text asks for, such as “six 50 mm lenses”; at most `most` without a number.
+def found_lenses(text: str, count: int = 6) -> tuple[list[str], int]:
+    """Names of the lenses of the library that a text describes, and how many of them it asks for, else `count`.
 
-    The most relevant come first. ValueError where no lens matches.
+    Such a text is “six 50 mm lenses”; the most relevant come first. ValueError where no lens matches.
     """
     match = re.fullmatch(rf"\s*((?:{'|'.join(COUNTS)})\b|\d+(?=\s+\d))?\s*(.*?)(\s+lens(es)?)?\s*", text.lower())
     assert match is not None
-    count = most if match[1] is None else COUNTS.index(match[1]) + 1 if match[1] in COUNTS else int(match[1])
-    names = [card.name for card in search.searched(lenses.describe(), match[2])][:min(count, MOST)]
+    count = count if match[1] is None else COUNTS.index(match[1]) + 1 if match[1] in COUNTS else int(match[1])
+    names = [card.name for card in search.searched(lenses.describe(), match[2])][:MOST]
     if not names:
         raise ValueError(f"no lens of the library matches “{match[2]}”: type a focal length, a maker or a kind, such "
                          "as six 50 mm lenses")
-    return names
+    return names, min(count, len(names))
 
 
 def rendered_cells(settings: Settings, names: Sequence[str], progress: Callable[[float], object] = lambda part: None,

@@ -123,3 +123,5 @@ class Request(Enum):
     COPY_STATE = auto()
     PASTE = auto()
     SAVE_CARD = auto()
+    CONTACT_SHEET = auto()
+    SAVE_SHEET = auto()

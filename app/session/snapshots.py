@@ -78,16 +78,18 @@ class SnapshotShelf:
         self.snapshots.insert(0, snapshot)
         return snapshot
 
-    def rename(self, snapshot: Snapshot, name: str) -> None:
-        """Give a snapshot another name; ExportError if it cannot be written."""
+    def rename(self, snapshot: Snapshot, name: str) -> Snapshot:
+        """The snapshot under another name; ExportError if it cannot be written."""
         if cleaned(name) == snapshot.name:
-            return
+            return snapshot
         path = self._free(name)
         try:
             snapshot.path.rename(path)
         except OSError as error:
             raise ExportError(f"{snapshot.path}: {error.strerror}: the snapshot keeps its name") from error
-        self.snapshots[self.snapshots.index(snapshot)] = Snapshot(path, snapshot.settings, snapshot.thumbnail)
+        renamed = Snapshot(path, snapshot.settings, snapshot.thumbnail)
+        self.snapshots[self.snapshots.index(snapshot)] = renamed
+        return renamed
 
     def remove(self, snapshot: Snapshot) -> None:
         """Delete a snapshot and its file; ExportError if that cannot be."""

@@ -23,7 +23,8 @@ from lensbench.lenses import WRITERS
 
 NOTHING_PINNED = "Nothing to compare with yet: pin a picture as A first (A)"
 KEY = imgui.Key
-KEYS = {"Ctrl": KEY.mod_ctrl, "Shift": KEY.mod_shift, "1": KEY._1,
+KEYS = {"Ctrl": KEY.mod_ctrl, "Shift": KEY.mod_shift, "Alt": KEY.mod_alt,
+        **{f"{digit}": getattr(KEY, f"_{digit}") for digit in range(1, 10)},
         **{name: getattr(KEY, name.lower()) for name in ("Space", "Home", "Tab", "F1", "F11",
                                                          *"ABCDEFGHIJKLMNOPQRSTUVWXYZ")}}
 
@@ -176,6 +177,12 @@ def _trial(trial: Trial) -> Callable[[WindowState], None]:
     return run
 
 
+def _snapshot(number: int) -> Callable[[WindowState], None]:
+    def run(state: WindowState) -> None:
+        state.snapshot_number = number
+    return run
+
+
 def _requested(request: Request) -> Callable[[WindowState], None]:
     return lambda state: state.requests.add(request)
 
@@ -203,7 +210,9 @@ RUNS: dict[str, Callable[[WindowState], None] | Request] = {
     "Improve lens…": Request.IMPROVE_LENS,
     "Save settings…": Request.SAVE_SETTINGS, "Export…": Request.EXPORT, "Save picture…": Request.SAVE_RENDER,
     "Save screenshot…": Request.SAVE_WINDOW, "Save intrinsics…": Request.SAVE_INTRINSICS,
-    "Keep snapshot": Request.KEEP_SNAPSHOT, "Copy picture": Request.COPY_PICTURE,
+    "Keep snapshot": Request.KEEP_SNAPSHOT, "Contact sheet…": Request.CONTACT_SHEET,
+    **{f"Open snapshot {number}": _snapshot(number) for number in range(1, 10)},
+    "Copy picture": Request.COPY_PICTURE,
     "Copy state as text": Request.COPY_STATE, "Paste state": Request.PASTE, "Reset all": reset_all,
     "Dark theme": lambda state: state.choose_theme(True), "Light theme": lambda state: state.choose_theme(False),
     "Reset layout": Request.RESET_LAYOUT, "Dismiss all notices": lambda state: state.view.notices.forget(),

@@ -114,7 +114,7 @@ SEPARATOR = ""
 MENUS: dict[str, tuple[str | Callable[[WindowState], None], ...]] = {
     "File": ("Lens browser…", "Open…", _recent, "Adjust scene…", SEPARATOR, "Save lens…", "Save lens edits",
              "Revert lens", "Save scene as…", "Save settings…", "Export…", "Save picture…", "Save screenshot…",
-             SEPARATOR, "Quit"),
+             "Contact sheet…", SEPARATOR, "Quit"),
     "Edit": ("Undo", "Redo", SEPARATOR, "Command palette…", "Improve lens…", "Reset all"),
     "View": (_layouts, _panels, SEPARATOR, "Pin pixel", "Magnifier", "Reset camera", SEPARATOR, "Dark theme",
              "Light theme", SEPARATOR, "Reset layout"),

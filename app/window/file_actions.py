@@ -20,6 +20,7 @@ from lensbench.app.scenes.opened_scenes import is_balls
 from lensbench.app.scenes.photograph import carries_depth
 from lensbench.app.scenes.scene_file import cached_scene
 from lensbench.app.scenes.scene_writer import own_scene, save_scene, scene_table
+from lensbench.app.session.contact_sheet import SUFFIXES as SHEETS
 from lensbench.app.session.edited_lens import can_save_in_place, save_document
 from lensbench.app.session.file_kinds import PHOTOGRAPHS, SUFFIXES as OPENED, file_kind
 from lensbench.app.session.notices import Request
@@ -51,6 +52,8 @@ QUESTIONS = {
        for request, suffix, others in ((Request.SAVE_PLOT_CSV, ".csv", (".svg", ".png")),
                                        (Request.SAVE_PLOT_SVG, ".svg", (".png", ".csv")),
                                        (Request.SAVE_PLOT_PNG, ".png", (".svg", ".csv")))},
+    Request.SAVE_SHEET: Question("Save the sheet: a grid as PNG or JPEG, a moving picture as GIF or WebP", "Sheets",
+                                 SHEETS, True, "sheet.png"),
     Request.SAVE_CARD: Question("Save the card", "PNG", (".png",), True, "card.png"),
     Request.CHOOSE_EXPORT_PATH: Question("Export to", "Pictures", SAVED, True, "lensbench.png"),
 }
@@ -107,8 +110,8 @@ class Files:
             self.save_lens(path)
         elif request is Request.SAVE_SCENE:
             self.save_scene(path)
-        elif request is Request.SAVE_CARD:
-            self._state.card_path = path
+        elif request in (Request.SAVE_CARD, Request.SAVE_SHEET):
+            self._state.shelf_path = request, path
         elif request is Request.SAVE_SETTINGS:
             self.save_settings(path)
         elif request is Request.SAVE_INTRINSICS:

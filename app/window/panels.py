@@ -328,4 +328,4 @@ class Panels:
         presenter = window.presenter
         status_bar(window.edited, presenter.update, window.view,
                    presenter.renderer.split()[0] if presenter.software else "",
-                   window.opening or window.export.task)
+                   window.opening or window.export.task or self._snapshots.task)

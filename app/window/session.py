@@ -116,6 +116,7 @@ class Session(WindowState):
         self.folding.closed()
         self.compilers.stop()                   # first: threads that wait for a kernel end with it
         self.export.cancel()
+        self.snapshots.cancel()
         self.browsing.closed()
         self.editing.closed()
         self.analyses.stop()
@@ -180,6 +181,7 @@ class Session(WindowState):
             self.export.wants_path = False
             self.requests.add(Request.CHOOSE_EXPORT_PATH)
         self.files.form.draw()
+        self.snapshots.dialog.draw(self.history.present, self.browsing.state)
         self.help.draw(self.presenter.drawn_by)
         self.palette.draw(self)
         self.terms.draw()
@@ -191,7 +193,8 @@ class Session(WindowState):
         self.keep(is_held or self.panels.improving)
         self.follow_window(monotonic())
         self._keep_locks()
-        busy = self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor
+        busy = self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor \
+            or self.snapshots.task is not None
         self.worker.hold(busy)
         self.apply()
         self.analyses.follow(self.panels.behind)
@@ -288,9 +291,9 @@ class Session(WindowState):
             self.show_panel("Surfaces")
             self.panels.kept.table.asks = FRONT_FRAMES + 1       # a panel that comes to the front closes popups
         self.snapshots.answer(requests)
-        if self.card_path is not None:
-            path, self.card_path = self.card_path, None
-            self.snapshots.save_card(path)
+        if self.shelf_path is not None:
+            saved, self.shelf_path = self.shelf_path, None
+            self.snapshots.save(*saved)
         self.light_field.answer(requests, self.history.present)
         if Request.SAVE_EDITED in requests:
             self.files.save_edited()

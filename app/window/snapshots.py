@@ -28,6 +28,7 @@ from lensbench.app.session.snapshots import Snapshot, SnapshotShelf
 from lensbench.app.session.states import is_state_text, named_files, settings_of_text, snapshots_folder, state_text
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_f_number
+from lensbench.app.window.contact_sheets import ContactSheetDialog
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.render_job import RenderUpdate
 from lensbench.app.workers.render_worker import RenderWorker
@@ -135,7 +136,9 @@ class Snapshots:
         self.shelf = SnapshotShelf(folder or (Path(self._temporary.name) if self._temporary else snapshots_folder()),
                                    window.view.say)
         self.state = panel.SnapshotsState()
-        self.card: tuple[Snapshot, Path] | None = None        # of this snapshot, to be written there
+        self.dialog = ContactSheetDialog(window.requests)
+        self.task: Task[list[str]] | None = None        # the sheet that is being made
+        self._sheet_name = ""
         self._pictures: dict[str, NDArray[np.uint8]] = {}
         self._textures = SmallTextures(self._pictures)
         self._loading: Task[None] | None = None
@@ -150,7 +153,11 @@ class Snapshots:
         self._pictures.clear()
         self._pictures.update({str(snapshot.path): snapshot.thumbnail for snapshot in self.shelf.snapshots})
         self._textures.begin_frame()
-        panel.snapshots_panel(self.shelf.snapshots, self.state, lambda snapshot: self._textures.of(str(snapshot.path)))
+        before = self._window.edited
+        compare = panel.snapshots_panel(self.shelf.snapshots, self.state, before.compare,
+                                        lambda snapshot: self._textures.of(str(snapshot.path)))
+        if compare != before.compare:
+            self._window.edited = replace(before, compare=compare)
 
     def _load(self) -> Task[None]:
         """Read the shelf, once."""
@@ -164,16 +171,27 @@ class Snapshots:
             if task.done:
                 self._tasks.remove((task, success))
                 self._window.view.say(success if task.error is None else task.message, done=task.error is None)
+        self._end_sheet()
+        if Request.PIN in requests or self._window.view.pinned is None:
+            self.state.reference = None
+        if Request.CONTACT_SHEET in requests:
+            self.dialog.open(self._window.history.present)
         action, self.state.action = self.state.action, None
         renamed, self.state.new_name = self.state.new_name, None
         try:
             if renamed is not None:
-                self.shelf.rename(*renamed)
+                self.state.replace(renamed[0], self.shelf.rename(*renamed))
             if Request.KEEP_SNAPSHOT in requests or action is not None and action[0] == panel.KEEP:
                 self._keep()
             text = imgui.get_clipboard_text() or "" if Request.PASTE in requests else ""
             if is_state_text(text):                     # another text is for the panel that has the focus
                 self.paste(text)
+            number, self._window.snapshot_number = self._window.snapshot_number, 0
+            if number:
+                self._open_number(number)
+            if action is not None and action[0] == panel.SHEET:
+                self.dialog.sheet = None
+                self._window.requests.add(Request.SAVE_SHEET)
             if action is not None and action[0] == panel.PASTE:
                 self.paste(imgui.get_clipboard_text() or "")
             if Request.COPY_PICTURE in requests:
@@ -193,15 +211,65 @@ class Snapshots:
             return
         self._take(settings_of_text(text))
 
-    def save_card(self, path: Path) -> None:
-        """Write the card of the snapshot that was asked for."""
+    def save(self, request: Request, path: Path) -> None:
+        """Write the card of the snapshot, or the sheet, that was asked for."""
         from lensbench.app.session.snapshots import write_card
 
+        if request is Request.SAVE_SHEET:
+            self._begin_sheet(path)
+            return
         snapshot, dark = self._carding, self._window.dark
         if snapshot is not None:
             self._tasks.append((Task("Writing the card", lambda _: write_card(path, snapshot.codes(), snapshot.settings,
                                                                             snapshot.name, dark), self._window.wake),
                                 f"Card saved as {path.name}"))
+
+    def _begin_sheet(self, path: Path) -> None:
+        """Render the lenses of the dialog, or take the chosen snapshots, and write them as one file."""
+        from lensbench.app.session.contact_sheet import Cell, rendered_cells, write_sheet
+
+        lenses, snapshots = self.dialog.sheet, self.state.marked or list(self.shelf.snapshots)
+        self.cancel()
+        self._sheet_name = path.name
+
+        def work(task: Task[list[str]]) -> list[str]:
+            cells: list[Cell | str] = [*map(Cell.of, snapshots)] if lenses is None else [
+                *rendered_cells(*lenses, task.report, lambda: task.cancelled)]
+            pictures = [cell for cell in cells if isinstance(cell, Cell)]
+            problems = [cell for cell in cells if isinstance(cell, str)]
+            if not task.cancelled and pictures:
+                write_sheet(path, pictures)
+            return problems if pictures or not problems else [*problems, f"No picture: {path.name} was not written"]
+
+        self.task = Task(f"Rendering {path.name}", work, self._window.wake)
+
+    def _end_sheet(self) -> None:
+        """Report a sheet that is done."""
+        task, say = self.task, self._window.view.say
+        if task is None or not task.done:
+            return
+        self.task = None
+        if task.cancelled or task.error is not None:
+            say(f"{self._sheet_name} was cancelled: nothing was written" if task.cancelled else task.message,
+                note=task.cancelled)
+            return
+        for problem in task.result or ():
+            say(problem)
+        if not any(problem.startswith("No picture") for problem in task.result or ()):
+            say(f"Saved {self._sheet_name}", done=True)
+
+    def cancel(self) -> None:
+        """Cancel a sheet under way."""
+        if self.task is not None:
+            self.task.cancel()
+
+    def _open_number(self, number: int) -> None:
+        """Open a snapshot of the shelf, from 1 for the newest."""
+        self._load().join()
+        if number > len(self.shelf.snapshots):
+            self._window.view.say(f"There is no snapshot {number}: B keeps the picture as one", note=True)
+        else:
+            self._do(panel.OPEN, self.shelf.snapshots[number - 1])
 
     def _keep(self) -> None:
         picture = self._window.picture_now()
@@ -216,10 +284,13 @@ class Snapshots:
 
     def _do(self, action: str, snapshot: Snapshot) -> None:
         if action == panel.OPEN:
-            self._take(snapshot.settings)
+            reference = self.state.reference
+            self._take(snapshot.settings, reference is not None and reference is not snapshot)
         elif action == panel.COMPARE:
             self._comparing.pin_codes(snapshot.codes(), snapshot.settings)
-            self._window.edited = replace(self._window.edited, compare="side")
+            self.state.reference = snapshot
+            shown = self._window.edited.compare
+            self._window.edited = replace(self._window.edited, compare="side" if shown == "off" else shown)
         elif action == panel.TEXT:
             self._copy_state(snapshot.settings)
         elif action == panel.COPY:
@@ -229,15 +300,21 @@ class Snapshots:
             self._window.requests.add(Request.SAVE_CARD)
         elif action == panel.REMOVE:
             self.shelf.remove(snapshot)
+            self.state.replace(snapshot, None)
 
-    def _take(self, settings: Settings) -> None:
-        """The settings of a snapshot; their pixels only where the picture does not follow the window."""
+    def _take(self, settings: Settings, compares: bool = False) -> None:
+        """The settings of a snapshot; their pixels only where the picture does not follow the window.
+
+        compares: a comparison that is shown goes on, with them as B.
+        """
         window = self._window
         settings = with_readable_stop(settings, partial(window.view.say, change=True))
         if window.view.follows:
             settings = replace(settings, pixels_x=window.history.present.pixels_x,
                                pixels_y=window.history.present.pixels_y)
-        window.take(window.showable(replace(constrained(settings), compare="off")))
+        shown = window.history.present
+        window.take(window.showable(replace(constrained(settings), compare=shown.compare if compares else "off",
+                                            wipe=shown.wipe)))
 
     def _copy_state(self, settings: Settings) -> None:
         imgui.set_clipboard_text(state_text(settings))

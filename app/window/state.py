@@ -158,7 +158,8 @@ class WindowState:
         self.full_screen: tuple[int, int, int, int] | None = None       # place and size of the window before it
         self.layout = BENCH                             # the chosen one of LAYOUTS
         self.recent: list[Path] = []                    # files that were opened, the newest first
-        self.card_path: Path | None = None              # where the card of a snapshot is to be saved
+        self.shelf_path: tuple[Request, Path] | None = None     # where a card or a sheet is to be saved
+        self.snapshot_number = 0                        # of the shelf, from 1, that a key asks for
         self.written = "", ""                           # the lens and the edits that the window has saved last
         self.reopened: Path | None = None               # a recent file that is to be opened
         self.browsed: Shelf | None = None               # what the lens browser is to be opened with

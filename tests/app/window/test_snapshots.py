@@ -117,3 +117,103 @@ def test_a_card_has_the_picture_the_section_and_the_settings(tmp_path):
     assert (foot[:, :WIDTH // 2].max(axis=2) > 200).any()                  # words at the left
     assert (np.ptp(foot[:, WIDTH // 2:].astype(int), axis=2) > 30).any()   # bluish glass at the right
     assert any("f/2.8" in line and "1/125" in line for line in words(SMALL))
+
+
+def _keep(hand, *f_numbers):
+    """Snapshots of these f-numbers, the last one first; the panel is in front."""
+    shelf = hand.session.snapshots.shelf
+    hand.picture()
+    for i, f_number in enumerate(f_numbers, 1):
+        hand.session.take(replace(hand.settings, f_number=f_number))
+        hand.picture()
+        hand.press(KEY.b)
+        hand.wait(lambda: len(shelf.snapshots) == i, "the snapshot")          # noqa: B023 - called at once
+    hand.session.view.notices.forget()
+    hand.ctx.window_focus("//Snapshots")
+    hand.ctx.yield_(4)
+    return list(shelf.snapshots)
+
+
+def _name_file(hand, path):
+    """Answer the dialog in the window that asks for a file."""
+    hand.ctx.yield_(3)
+    hand.ctx.item_input_value("//$FOCUSED/##Name", str(path))
+    hand.ctx.yield_(3)
+
+
+@pytest.mark.slow
+def test_two_clicks_compare_any_two_snapshots_in_every_way(drive):
+    def use(hand):
+        newest, middle, oldest = _keep(hand, 2.8, 4.0, 8.0)
+        hand.ctx.mouse_move(f"**/Snapshot {oldest.name}")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click(f"**/###A {oldest.name}")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click(f"**/Snapshot {middle.name}")
+        hand.picture()
+        assert hand.settings.compare == "side" and hand.settings.f_number == 4.0
+        assert hand.session.presenter.pinned.settings.f_number == 2.8
+        for comparison in ("wipe", "difference"):
+            hand.ctx.item_click(f"**/###Compare {comparison}")
+            hand.ctx.yield_(3)
+            assert hand.settings.compare == comparison
+        hand.press(chord(KEY.mod_alt, KEY._1))              # another B by its number
+        hand.ctx.yield_(2)
+        assert hand.settings.f_number == 8.0 and hand.settings.compare == "difference"
+        hand.ctx.item_click(f"**/Snapshot {oldest.name}")   # A itself: no comparison
+        hand.ctx.yield_(3)
+        assert hand.settings == replace(SMALL, wipe=hand.settings.wipe)
+        hand.press(chord(KEY.mod_alt, KEY._9))
+        assert hand.session.view.messages == ["There is no snapshot 9: B keeps the picture as one"]
+
+    drive(use)
+
+
+@pytest.mark.slow
+def test_marked_snapshots_become_a_moving_picture(drive, tmp_path):
+    def use(hand):
+        newest, _, oldest = _keep(hand, 2.8, 4.0, 8.0)
+        hand.ctx.key_down(KEY.mod_ctrl)
+        for snapshot in (oldest, newest):
+            hand.ctx.item_click(f"**/Snapshot {snapshot.name}")
+        hand.ctx.key_up(KEY.mod_ctrl)
+        assert hand.settings.f_number == 8.0                # marking opens nothing
+        hand.ctx.item_click("**/###Sheet")
+        _name_file(hand, tmp_path / "compare.gif")
+        hand.wait(lambda: hand.session.view.messages, "the file")
+        with Image.open(tmp_path / "compare.gif") as moving:
+            assert moving.n_frames == 2
+
+    assert drive(use).view.messages == ["Saved compare.gif"]
+
+
+@pytest.mark.slow
+def test_a_contact_sheet_is_rendered_in_the_background_or_cancelled(drive, tmp_path):
+    def ask(hand, path):
+        hand.ctx.menu_click("//##MainMenuBar/File/Contact sheet…")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("//Contact sheet/Render…")
+        _name_file(hand, path)
+
+    def use(hand):
+        hand.picture()
+        dialog = hand.session.snapshots.dialog
+        hand.ctx.menu_click("//##MainMenuBar/File/Contact sheet…")
+        hand.ctx.yield_(3)
+        hand.ctx.item_input_value("//Contact sheet/##Lenses", "two 85 mm lenses")
+        for label, value in (("_side", 60), ("_samples", 2)):
+            hand.ctx.item_input_value(f"//Contact sheet/###{label}", value)
+        hand.press(KEY.escape)
+        hand.ctx.yield_(2)
+        ask(hand, tmp_path / "sheet.png")
+        settings, names = dialog.sheet
+        assert len(names) == 6 and settings.samples == 2 and settings.pixels_x == 60
+        hand.wait(lambda: hand.session.view.messages, "the sheet")
+        with Image.open(tmp_path / "sheet.png") as sheet:
+            assert sheet.width > 3 * 60 and sheet.height > 2 * 40
+        ask(hand, tmp_path / "none.png")
+        hand.session.snapshots.task.cancel()
+        hand.wait(lambda: len(hand.session.view.messages) > 1, "the end")
+
+    assert drive(use).view.messages == ["Saved sheet.png", "none.png was cancelled: nothing was written"]
+    assert not (tmp_path / "none.png").exists()
