@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 import lensbench as lb
 from lensbench.app.bench.camera_kinds import readings
+from lensbench.app.bench.framing import scene_exposure
 from lensbench.app.settings.setting import Interval
 from lensbench.app.settings.settings import Settings
 from lensbench.core.imaging.exposure import SATURATION
@@ -131,8 +132,11 @@ def mode_of(settings: Settings, kept_mode: str) -> str:
 
 
 def with_mode(settings: Settings, mode: str) -> Settings:
-    """The settings for a mode."""
-    return replace(settings, exposing=EXPOSING.get(mode, "triangle"))
+    """The settings for a mode: the exposure that a scene states is of the plain light, no correction of a meter."""
+    exposing = EXPOSING.get(mode, "triangle")
+    change = (exposing == "plain") - (settings.exposing == "plain")
+    exposure = settings.exposure + change * scene_exposure(settings.scene)
+    return replace(settings, exposing=exposing, exposure=exposure)
 
 
 def meter_stops(settings: Settings, image: NDArray[np.float32]) -> float | None:

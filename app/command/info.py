@@ -1,4 +1,4 @@
-"""The commands about lenses: `lensbench info LENS`, what is known of it, `check FILE…`, and `lenses`, the library.
+"""The commands `lensbench info LENS`, what is known of a lens, `check FILE…`, and the lists `lenses` and `scenes`.
 
 `info` prints provenance, first-order data, glasses, estimates and the result of the check. `check` prints suspicious
 values in lens files. Its exit status: 0 without warnings, 1 with warnings, 2 if a file holds no lens. Notes about
@@ -422,3 +422,23 @@ def _print_table(cards: tuple[Card, ...]) -> None:
 
 def _focal_lengths(card: Card) -> str:
     return "–".join(fixed(length, 1) for length in (card.efl, card.tele_efl) if length)
+
+
+def add_scenes_options(parser: argparse.ArgumentParser) -> None:
+    """The arguments of `lensbench scenes`."""
+    parser.add_argument("--json", action="store_true", help="print JSON")
+
+
+def scenes(arguments: argparse.Namespace) -> int:
+    """List the built-in scenes, a line each; as JSON with the framings that `--framing` takes."""
+    import lensbench as lb
+    from lensbench.app.bench.framing import framings
+    from lensbench.core.scenery.builtin.library import scene_summary
+
+    rows = [{"name": name, "summary": scene_summary(name), "framings": list(framings(name))} for name in lb.SCENES]
+    if arguments.json:
+        print_json(rows)
+        return 0
+    for row in rows:
+        print(f"{row['name']:<14}{row['summary']}")
+    return 0

@@ -25,6 +25,7 @@ COMMANDS = {
     "contact-sheet": ("contact_sheet", "Render several lenses in one framing, or join snapshots, in one picture."),
     "info": ("info", "Print provenance, first-order data, glasses and check of a lens."),
     "lenses": ("info", "List the lenses of the library."),
+    "scenes": ("info", "List the built-in scenes, a line each."),
     "check": ("info", "Report what looks wrong in lens files."),
     "convert": ("lens_files", "Write a lens file in the format of another program."),
     "export": ("lens_files", "Write the camera of a picture for pbrt, Mitsuba or Blender."),

@@ -17,7 +17,8 @@ from lensbench.app.bench.constraints import (
     beyond_view, constrained, full_view, with_camera, with_field_of_view, with_film, with_layout
 )
 from lensbench.app.bench.exposure import has_triangle
-from lensbench.app.bench.lens_choice import APERTURE, FILM, FOCUS, with_lens, with_scene
+from lensbench.app.bench.framing import framed, framings, scene_exposure
+from lensbench.app.bench.lens_choice import APERTURE, FILM, FOCUS, with_lens
 from lensbench.app.bench.readouts import colours
 from lensbench.app.bench.zoom import asked_zoom
 from lensbench.app.command.lens_options import add_lens_options, add_setting, dest, option, say
@@ -91,7 +92,7 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     """
     from lensbench.app.session.states import carries_settings, load_settings, read_state
 
-    lens = arguments.lens
+    lens, locked, is_placed = arguments.lens, _locked(arguments), arguments.framing is not None
     camera = arguments.camera or ("lens" if arguments.lens_model is not None else None)
     if arguments.settings is not None:
         settings = load_settings(arguments.settings)
@@ -105,15 +106,18 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
                                      lens_model=arguments.lens_model or Settings.lens_model,
                                      medium=arguments.medium or Settings.medium,        # which the framing depends on
                                      immersed=bool(arguments.immersed)), camera or "lens")
-        opened = replace(opened, scene=_name_or_file(arguments.scene or opened.scene)).checked()
+        scene = _name_or_file(arguments.scene or opened.scene)
+        opened = replace(opened, scene=scene, framing=arguments.framing or opened.framing,
+                         exposure=scene_exposure(scene) if arguments.exposing in (None, "plain") else 0.0).checked()
         if lens is not None and opened.has_lens and arguments.focal_length is None:
             own = design(replace(opened, lens=_name_or_file(lens), zoom=0.0))
             zoom = asked_zoom(own, arguments.zoom) or 0.0
-            settings = with_lens(opened, _name_or_file(lens), _locked(arguments), zoom)
+            settings = with_lens(opened, _name_or_file(lens), locked, zoom)
+            is_placed = is_placed or bool(arguments.film or arguments.fov)
         else:
             settings = constrained(replace(opened, lens=_name_or_file(lens or opened.lens)))
             if arguments.scene is not None and arguments.focal_length is None:
-                settings = with_scene(settings, settings.scene, _locked(arguments))
+                settings = constrained(framed(settings, locked))
     asked = {field.name: getattr(arguments, dest(field)) for field in fields(Settings)
              if spec(field).help and getattr(arguments, dest(field)) is not None}
     if arguments.scene is not None:
@@ -129,11 +133,15 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     if settings.layout != layout:
         settings = with_layout(settings, settings.layout)
     settings = _shaped(settings, arguments.film, arguments.size)
-    framed = _framed(_zoomed(settings, arguments.zoom), arguments.fov, arguments.zoom is not None)
-    if framed.zoom != settings.zoom:                # limit what no option names
+    viewed = _viewed(_zoomed(settings, arguments.zoom), arguments.fov, arguments.zoom is not None)
+    if viewed.zoom != settings.zoom:                # limit what no option names
         limited = ("f_number", "focus_distance", "film_radius")
-        framed = replace(constrained(framed), **{name: asked[name] for name in limited if name in asked})
-    settings = framed
+        viewed = replace(constrained(viewed), **{name: asked[name] for name in limited if name in asked})
+    if arguments.framing is not None and arguments.framing not in (offered := framings(viewed.scene)):
+        raise SettingsError(f"--framing {arguments.framing}: this scene has {', '.join(offered)}")
+    if arguments.framing is not None and FOCUS in locked:
+        raise SettingsError("--framing moves the camera and its focus: leave out --focus, --position and its angles")
+    settings = framed(viewed.checked(), locked) if is_placed else viewed
     if arguments.dispersion == "on" and not colours(settings).possible:
         raise SettingsError(f"dispersion on: {colours(settings).why}")
     if not settings.has_lens and arguments.focus is None:  # its nearest focus follows from film and view
@@ -193,7 +201,7 @@ def _zoomed(settings: Settings, asked: tuple[str, float] | None) -> Settings:
     return replace(settings, zoom=asked_zoom(design(replace(settings, zoom=0.0)), asked) or 0.0)
 
 
-def _framed(settings: Settings, fov: float | None, keep_zoom: bool) -> Settings:
+def _viewed(settings: Settings, fov: float | None, keep_zoom: bool) -> Settings:
     """The settings with the field of view of the option: by zoom, by a crop of the film, or the camera's own."""
     if fov is None:
         return settings

@@ -50,6 +50,7 @@ class Presenter:
         self._difference, self._apart, self._histogram = Memo(1), Memo(1), Memo(1)
         self._pins = 0                                  # counts the pictures A
         self._deep: RenderUpdate | None = None                  # the newest with a depth map
+        self._exposure = 0.0                            # with which the scene on the screen is shown
         self._loaded: Any = None                        # the key of the loaded picture
         self._said: dict[Any, str] = {}                 # findings of the newest update
 
@@ -182,6 +183,9 @@ class Presenter:
         update, screen, waiting = self.shown, self._screen, self._worker.waiting
         if update is None or screen is None:
             return Picture(waiting=waiting, first=True)
+        if update.settings.scene == settings.scene or self.field_picture is not None:
+            self._exposure = settings.exposure
+        settings = replace(settings, exposure=self._exposure)       # of the scene before, until the new one is there
         applied, off_meter = self.applied_exposure(settings), self.off_meter(settings)
         depth = self._distances(settings, update)
         of = (update.key, update.settings.view, look(settings))

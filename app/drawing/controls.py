@@ -102,15 +102,17 @@ def one_of(title: str, names: dict[str, str], tips: dict[str, str], current: str
 
 
 LEAVES = {"film": "this film", "aperture": "this f-number",
-          "focus": "this focus distance and camera position"}
+          "focus": "this focus distance and camera position",
+          "framing": "the subject's size, as do another\nformat and field of view: the camera moves"}
 TAKES = {"film": "switches to the format it was designed for", "aperture": "opens the aperture fully",
-         "focus": "moves the camera until the subject is framed and in focus"}
+         "focus": "moves the camera until the subject is framed and in focus",
+         "framing": "frames the subject anew, and another field of view leaves the camera where it stands"}
 
 
 def padlock(name: str, locked: set[str], corner: ImVec2) -> None:
     """Draw the padlock with its upper left corner there, next to an item that has been drawn; a click changes `locked`.
 
-    name: "film", "aperture" or "focus".
+    name: "film", "aperture", "focus" or "framing".
     """
     colour, is_locked, cursor = theme.colours(), name in locked, imgui.get_cursor_screen_pos()
     line = imgui.get_text_line_height()

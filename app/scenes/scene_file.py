@@ -24,6 +24,7 @@ from lensbench.app.scenes.table_values import (
 )
 from lensbench.core.scenery.families import by_field
 from lensbench.core.scenery.intersect.triangle_tree import MOST_TRIANGLES
+from lensbench.core.scenery.scene import Framing
 from lensbench.core.text import LONGEST_PATH, cut, escaped, excerpt, significant
 from lensbench.lenses.file_error import open_regular
 
@@ -132,8 +133,8 @@ def load_scene(path: str | Path) -> lb.Scene:
 
 def _scene(table: Table, path: Path) -> lb.Scene:
     textures, notes = Textures(path.resolve().parent), list[str]()
-    names = ("name", "ambient", "enclosed", "depth_range", "diffuse_bounce", "subject", "material", "mesh",
-             "photograph", *_SURROUNDINGS, *_SHAPES)
+    names = ("name", "ambient", "enclosed", "depth_range", "diffuse_bounce", "subject", "framing", "exposure",
+             "summary", "material", "mesh", "photograph", *_SURROUNDINGS, *_SHAPES)
     for name, what in (("surfaces", "a lens file"), ("version", "a settings file")):
         if name in table:
             raise lb.SceneError(f"this is {what}: a scene file is TOML that holds {', '.join(names)}")
@@ -174,7 +175,10 @@ def _scene(table: Table, path: Path) -> lb.Scene:
     values = {kind: within(kind, read, as_table(table[kind], kind), textures, notes.append)
               for kind, read in _SURROUNDINGS.items() if kind in table}
     values |= given(table, {"name": text, "ambient": light, "enclosed": truth, "depth_range": _depth_range,
-                            "diffuse_bounce": truth, "subject": _subject})
+                            "diffuse_bounce": truth, "subject": _subject, "exposure": number,
+                            "summary": text})
+    values["framings"] = tuple(within(f"framing {cut(name)}", _framing, as_table(value, name), name)
+                               for name, value in as_table(table.get("framing", {}), "framing").items())
     return lb.Scene(**{"name": path.stem, **by_field([*shapes, *meshes]), **values}, notes=tuple(notes))
 
 
@@ -189,6 +193,10 @@ def _subject(value: Any, name: str) -> tuple[float, ...]:
     if not (isinstance(value, list) and len(value) == 2):
         raise lb.SceneError(f"{name}: write its distance and its height, such as {name} = [\"1.5 m\", \"60 cm\"]")
     return numbers(value, name, 2, length)
+
+
+def _framing(t: Table, name: str) -> Framing:
+    return Framing(name, **fields_of(t, "a framing", {"centre": point, "height": length}, ("centre", "height")))
 
 
 def _sky(t: Table, textures: Textures, say: Say) -> lb.Sky | lb.ImageSky:

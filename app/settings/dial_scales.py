@@ -210,13 +210,13 @@ def pinhole_scale(widest: float) -> Scale:
 
 
 @lru_cache(maxsize=1)
-def exposure_scale() -> Scale:
+def exposure_scale(reset: float = 0.0) -> Scale:
     """Stops from −STOPS to +STOPS, snapping to thirds."""
     whole = range(-STOPS, STOPS + 1)
     thirds = tuple(i / 3.0 for i in range(3 * whole.start, 3 * whole.stop - 2))
     figures = tuple((float(i), format_exposure(i).removesuffix(" EV")) for i in whole)
     return Scale(-float(STOPS), float(STOPS), EVEN, format_exposure, read_exposure, figures, thirds, thirds,
-                 reset=0.0, anchor=len(figures) // 2)
+                 reset=reset, anchor=len(figures) // 2)
 
 
 @lru_cache(maxsize=64)

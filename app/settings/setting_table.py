@@ -19,6 +19,7 @@ from lensbench.core.imaging.film import MAX_SIDE, STEEPEST
 from lensbench.core.imaging.spectrum import WHITES
 from lensbench.core.lens_models.polynomial import DEGREES
 from lensbench.core.optics.iris import MOST_BLADES
+from lensbench.core.scenery.values import FRAMING_NAMES
 
 LARGEST_SEED = (1 << 32) - 1
 LEAN = Interval(-STEEPEST, STEEPEST)
@@ -53,6 +54,7 @@ VIEWS = {                       # what is shown: the picture, or a quantity of i
     "depth": "Depth",
     "weight": "Sample weight",
 }
+FRAMINGS = {name: name.replace("-", " ").capitalize() for name in FRAMING_NAMES}
 COMPARISONS = {"off": "Off", "side": "Side by side", "wipe": "Wipe", "difference": "Difference"}
 LIMITS = {"diagonal": "Diagonal / 1500", "pixel": "One pixel"}
 
@@ -166,6 +168,9 @@ class SettingTable(LensSettings):
     position: tuple[float, float, float] = setting(
         (0.0, 0.0, 0.0), unit="mm", bounds=PLACE, figures=False, read=read_position, metavar="X,Y,Z",
         help="of the camera, such as 0,20cm,1m; with a minus first, write --position=-1m,0,0")
+    framing: str = setting(
+        "subject", choices=FRAMINGS, restarts=NOTHING, metavar="NAME",
+        help="what the camera is framed on, of those that the scene has: " + ", ".join(FRAMINGS))
     yaw: float = setting(0.0, bounds=ANGLE, unit="°", figures=False, read=read_angle, metavar="ANGLE",
                          help="turn the camera to the left")
     pitch: float = setting(0.0, bounds=ANGLE, unit="°", figures=False, read=read_angle, metavar="ANGLE",

@@ -7,7 +7,8 @@ from imgui_bundle import hello_imgui, imgui
 
 from lensbench.app.bench.constraints import constrained
 from lensbench.app.bench.exposure import METERED, MODES, with_mode
-from lensbench.app.bench.lens_choice import APERTURE, FOCUS, TRIALS, Trial, tried, with_scene
+from lensbench.app.bench.framing import with_scene
+from lensbench.app.bench.lens_choice import APERTURE, FOCUS, TRIALS, Trial, tried
 from lensbench.app.bench.pose import LookAround
 from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.action_names import ACTION_NAMES, Named
@@ -94,11 +95,9 @@ def toggle_pin(state: WindowState) -> None:
 
 
 def reset_camera(state: WindowState) -> None:
-    """Put the camera where the scene opens; with the padlock of the focus closed, the focus stays as it is."""
+    """Put the camera where the scene opens, framed anew; with the padlock of the focus, at this distance."""
     before = state.edited
-    home = with_scene(before, before.scene, state.chooser.locked - {FOCUS})
-    state.edited = constrained(replace(home, focus_distance=before.focus_distance)) if FOCUS in state.chooser.locked \
-        else home
+    state.edited = replace(with_scene(before, before.scene, state.chooser.locked), exposure=before.exposure)
 
 
 def _fit(state: WindowState) -> None:

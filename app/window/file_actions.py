@@ -14,7 +14,8 @@ from imgui_bundle import hello_imgui
 from lensbench import lenses
 from lensbench.app.bench.build import stop_picture, with_readable_stop
 from lensbench.app.bench.constraints import constrained
-from lensbench.app.bench.lens_choice import with_lens, with_scene
+from lensbench.app.bench.framing import with_scene
+from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.panels.controls.controls import lens_title, scene_title
 from lensbench.app.scenes.opened_scenes import is_balls
 from lensbench.app.scenes.photograph import carries_depth

@@ -269,6 +269,7 @@ class LensBrowsing:
         if window.history.present == self._tried:
             window.history.undo()
         self._before, self._tried = start, chosen
+        window.say_moved(chosen)
         window.take(chosen)
 
     def _return(self) -> None:

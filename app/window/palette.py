@@ -18,7 +18,8 @@ from lensbench import lenses
 from lensbench.app.bench.build import design, stop_picture_path
 from lensbench.app.bench.camera_kinds import unfit
 from lensbench.app.bench.constraints import constrained, field_of_view, with_camera, with_field_of_view, zooms
-from lensbench.app.bench.lens_choice import with_lens, with_scene
+from lensbench.app.bench.framing import framings, with_framing, with_scene
+from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.bench.zoom import asked_zoom, focal_length, is_engraved
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import two_lines
@@ -244,7 +245,8 @@ def _of_field(field: Field, current: Settings) -> list[Entry]:
                       _sets(_changed(field.name, not value)))]
     if about.choices and about.read is None:
         return [Entry(f"{name}: {title}", "now" if key == value else "", _sets(_changed(field.name, key)))
-                for key, title in titles(field).items() if field.name != "lens_model" or not unfit(current, key)]
+                for key, title in titles(field).items() if (field.name != "lens_model" or not unfit(current, key))
+                and (field.name != "framing" or key in framings(current.scene))]
     if reader(field) is None:
         return []
     shown = about.none or "open" if value is None else ""
@@ -280,10 +282,15 @@ def _asked(lens: lb.Lens, text: str, wrong: bool) -> Entry | None:
     return Entry(f"{ZOOM[0]}: {_zoomed(lens, zoom)}", "Enter", _sets(_changed("zoom", zoom)))
 
 
+WITH: dict[str, Callable[[Settings, str], Settings]] = {"camera": with_camera, "framing": with_framing}
+
+
 def _changed(name: str, value: Any) -> Callable[[Settings], Settings]:
     """The change of one field."""
     def change(settings: Settings) -> Settings:
-        return with_camera(settings, value) if name == "camera" else replace(settings, **{name: value})
+        if name in WITH:
+            return WITH[name](settings, value)
+        return replace(settings, **{name: value})
     return change
 
 
@@ -384,7 +391,12 @@ def _sets(change: Callable[[Settings], Settings]) -> Callable[[WindowState], Non
     """Take the changed settings, within the range of the camera, as one step of undo."""
     def run(state: WindowState) -> None:
         try:
-            state.take(state.showable(constrained(change(state.edited).checked())))
+            before, after = state.edited, constrained(change(state.edited).checked())
+            if any(getattr(before, name) != getattr(after, name) for name in ("zoom", "crop", "fov", "focal_length")) \
+                    and before.position == after.position:
+                after = state.chooser.sized(before, after)
+            state.say_moved(after)
+            state.take(state.showable(after))
         except (ValueError, OSError) as error:
             state.view.say(str(error))
     return run

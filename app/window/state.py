@@ -32,7 +32,7 @@ import glfw  # isort: skip - after imgui_bundle, so that both share one library
 import lensbench as lb
 from lensbench.app.bench.build import missing_ghost, published, wavelength_remark
 from lensbench.app.bench.constraints import coarser, longer_side_within, showable, with_longer_side
-from lensbench.app.bench.lens_choice import in_the_way
+from lensbench.app.bench.framing import in_the_way, moved_text
 from lensbench.app.display.frame import View
 from lensbench.app.display.presenter import Presenter
 from lensbench.app.drawing import theme
@@ -148,6 +148,8 @@ class WindowState:
         self.watch = FileWatch()
         self._placed: tuple | None = None      # lens, scene and place of the camera,
         self._of_place = ""                             # and the note on them
+        self._from: Settings | None = None              # before the drag that is held
+        self._of_move = ""                              # the note on how far the camera was moved
         self._shown_ghost: tuple[object, ...] = ()      # lens and ghost of which was last asked whether it exists
         self._of_ghost = ""                             # and the note on it
         self.remember = remember                        # layout, theme and recent files, beyond this session
@@ -279,15 +281,28 @@ class WindowState:
             self.history.correct(sized)
             self.edited = sized
 
+    def say_moved(self, settings: Settings) -> None:
+        """Show how far a lens, a format, a field of view or a framing in these settings has moved the camera."""
+        before = self._from or self.history.present
+        names = ("lens", "film_width", "film_height", "crop", "zoom", "focal_length", "fov", "framing")
+        if settings.scene != before.scene or all(getattr(settings, name) == getattr(before, name) for name in names):
+            return
+        self.view.notices.forget(lambda notice: notice.text == self._of_move)
+        self._of_move = moved_text(before, settings)
+        if self._of_move:
+            self.view.say(self._of_move, note=True, change=True)
+
     def keep(self, is_held: bool) -> None:
         """Record the changes of this frame's panels in the history. held: a mouse button or an item is held."""
         self._drags = is_held and (self._drags or self.edited.picture != self.history.present.picture)
+        self._from = (self._from or self.history.present) if is_held else None
         if self.edited != self.history.present:
             try:
                 self.edited = self.edited.checked()
             except ValueError as error:
                 self.view.say(str(error))
                 self.edited = self.history.present
+            self.say_moved(self.edited)
         self.history.edit(self.edited, is_held, monotonic())
 
     def showable(self, settings: Settings) -> Settings:

@@ -8,7 +8,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,7 +24,16 @@ from lensbench.core.scenery.objects.shape import Shape, rest_frame
 from lensbench.core.scenery.objects.surroundings import Floor, ImageSky, Sky, Sun
 from lensbench.core.scenery.shading.participating_medium import Medium
 from lensbench.core.scenery.small_lights import ExcludedLight
-from lensbench.core.scenery.values import SceneError, Triple, check, unit
+from lensbench.core.scenery.values import FRAMING_NAMES, SceneError, Triple, check, unit
+from lensbench.core.text import cut
+
+
+class Framing(NamedTuple):
+    """What a camera is framed and focused on: mm, world frame. height: what fills the shorter side of the film."""
+
+    name: str
+    centre: Triple
+    height: float
 
 
 @hashed_once
@@ -47,9 +56,13 @@ class Scene:
             sees, past all shapes, and `ambient` the surfaces at which the bounce ends.
         subject: (distance, height), optional. What a camera is framed and focused on: its distance from the origin
             along −z, and the height that fills the shorter side of the film, mm.
+        framings: Other things to be framed, such as a head, by name; one called "subject" is the subject.
+        exposure: Stops by which a picture of the scene is to be brightened when the scene is chosen; radiance is
+            not changed.
+        summary: What it shows, in a line.
         notes: What its reader assumed or changed, a sentence each; not compared.
     Raises:
-        SceneError: If a number is not finite, or the subject has no positive distance and height.
+        SceneError: If a number is not finite, or the subject or a framing has no positive distance and height.
     """
 
     name: str = "scene"
@@ -64,6 +77,9 @@ class Scene:
     meshes: tuple[Mesh, ...] = ()
     diffuse_bounce: bool = False
     subject: tuple[float, float] | None = None
+    framings: tuple[Framing, ...] = ()
+    exposure: float = 0.0
+    summary: str = ""
     notes: tuple[str, ...] = field(default=(), compare=False)
 
     def __post_init__(self) -> None:
@@ -76,6 +92,11 @@ class Scene:
         check(self)
         if self.subject is not None and not min(self.subject) > 0.0:
             raise SceneError("the distance and the height of the subject must be positive")
+        for framing in self.framings:
+            if framing.name not in FRAMING_NAMES:
+                raise SceneError(f"no framing is called {cut(framing.name)}: choose one of {', '.join(FRAMING_NAMES)}")
+            if not (0.0 < framing.height < math.inf and all(map(math.isfinite, framing.centre))):
+                raise SceneError(f"framing {cut(framing.name)}: its centre must be finite and its height positive")
 
     def _repr_html_(self) -> str:
         """A small picture from the origin and figures, for a notebook."""

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from lensbench.core.text import significant
 
 Triple = tuple[float, float, float]
+FRAMING_NAMES = ("close", "head", "head-and-shoulders", "half-figure", "full-figure", "subject", "whole-scene")
 
 
 class SceneError(ValueError):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from pathlib import Path
 
-from imgui_bundle import ImVec2, imgui
+from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
 import lensbench as lb
 from lensbench import lenses
@@ -16,7 +16,10 @@ from lensbench.app.bench.camera_kinds import unfit
 from lensbench.app.bench.constraints import (
     constrained, with_camera, with_equivalent_film, with_film, with_layout, with_projection
 )
-from lensbench.app.bench.lens_choice import FILM, with_scene
+from lensbench.app.bench.framing import (
+    SIZE, frame_height, framed, framing_of, framings, resized, with_framing, with_scene
+)
+from lensbench.app.bench.lens_choice import FILM, FOCUS
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import angle, check_box, drop_list, padlock, picked
 from lensbench.app.panels.controls import popups
@@ -27,7 +30,7 @@ from lensbench.app.session.edited_lens import edit_mark
 from lensbench.app.session.lens_shelf import film_name
 from lensbench.app.session.notices import Request
 from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS
-from lensbench.app.settings.setting_table import FOV_AXES, LAYOUTS, PROJECTIONS
+from lensbench.app.settings.setting_table import FOV_AXES, FRAMINGS, LAYOUTS, PROJECTIONS
 from lensbench.app.settings.settings import Settings
 from lensbench.core.lens_models.polynomial import DEGREES
 from lensbench.core.text import significant
@@ -46,6 +49,22 @@ class Chooser:
     locked: set[str] = field(default_factory=set)           # LOCKS that another lens leaves as they are
     requests: set[Request] = field(default_factory=set)     # of the window
     heights: dict[str, float] = field(default_factory=dict)     # pixels that the content of each popup needs
+    kept: tuple[tuple, float] | None = None                 # the subject's size, and where the camera showed it so
+
+    def sized(self, before: Settings, after: Settings) -> Settings:
+        """Settings after another field of view: with the padlock of the framing, the subject keeps its size."""
+        if after == before or SIZE not in self.locked or FOCUS in self.locked:
+            return after
+        try:
+            place = before.position, before.focus_distance
+            height = self.kept[1] if self.kept and self.kept[0] == place else frame_height(before)
+            if height is None:
+                return after
+            after = resized(after, height)
+        except (ValueError, OSError):                       # the worker reports the lens
+            return after
+        self.kept = (after.position, after.focus_distance), height
+        return after
 
 
 def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
@@ -62,7 +81,7 @@ def controls_panel(settings: Settings, chooser: Chooser) -> Settings:
     gap = min(max(free / (2.0 * count + 1.0), theme.scale()), theme.em(0.45))
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(imgui.get_style().item_spacing.x, gap))
     imgui.dummy(ImVec2(0.0, theme.em(0.3)))
-    settings = dials(settings, chooser.locked)
+    settings = dials(settings, chooser.locked, chooser.sized)
     imgui.pop_style_var()
     return _more(settings, chooser)
 
@@ -174,8 +193,22 @@ def _scene(settings: Settings, chooser: Chooser) -> Settings:
         if imgui.selectable("Open…", False)[0]:
             chooser.requests.add(Request.OPEN)
 
+    corner = imgui.get_cursor_screen_pos()
     _labelled("Scene")
-    drop_list("Scene", scene_title(settings.scene), "What the camera looks at", content)
+    drop_list("Scene", scene_title(settings.scene), "What the camera looks at", content,
+              imgui.get_content_region_avail().x - theme.em(2.2))
+    imgui.same_line(0.0, 4.0 * theme.scale())
+    if imgui.button(f"{icons_fontawesome_6.ICON_FA_EXPAND}###Framing", ImVec2(-1.0, 0.0)):
+        imgui.open_popup("Framings")
+    imgui.set_item_tooltip("Framing: moves the camera along its direction until the subject fills the picture so far,\n"
+                           "and focuses there")
+    if imgui.begin_popup("Framings"):
+        current = framing_of(settings)
+        for name, framing in framings(settings.scene).items():
+            if imgui.selectable(FRAMINGS[name], framing[1:] == current[1:])[0]:
+                chosen = with_framing(settings, name)
+        imgui.end_popup()
+    padlock(SIZE, chooser.locked, ImVec2(corner.x + theme.em(2.85), corner.y + imgui.get_style().frame_padding.y))
     return chosen
 
 
@@ -220,7 +253,11 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
     drop_list("Film", film_name((settings.film_width, settings.film_height)), "The film's size", content)
     if settings.has_lens:
         padlock(FILM, chooser.locked, ImVec2(corner.x + theme.em(2.85), corner.y + imgui.get_style().frame_padding.y))
-    return chosen if chosen == settings else constrained(chosen)
+    if chosen == settings:
+        return settings
+    if chosen.focal_length != settings.focal_length:        # the picture is kept
+        return constrained(chosen)
+    return chooser.sized(settings, chosen) if SIZE in chooser.locked else constrained(framed(chosen, chooser.locked))
 
 
 def _camera(settings: Settings) -> Settings:

@@ -11,6 +11,7 @@ from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.constraints import (
     WIDEST_FISHEYE, constrained, ends_of_view, field_of_view, full_view, with_field_of_view, zooms
 )
+from lensbench.app.bench.framing import scene_exposure
 from lensbench.app.bench.lens_choice import APERTURE, FOCUS, LOCKS
 from lensbench.app.bench.readouts import SOFT
 from lensbench.app.bench.zoom import engraved_zoom, focal_length, is_engraved
@@ -27,6 +28,7 @@ DEFAULT = Settings()
 TITLES = {FOCUS: "Focus distance", APERTURE: "Aperture"}        # of the dials with a padlock
 PERSPECTIVE_FOV = (math.radians(5.0), math.radians(120.0))
 NEAREST = 10.0                  # mm: focus distance of a camera without a nearest focus
+VIEWS = ("crop or zoom", "focal length", "perspective view")      # dials of the field of view
 OCTAVES = 6.0                   # factor of the focal length to either side of the design
 
 
@@ -40,18 +42,22 @@ def dial_count(settings: Settings) -> int:
     return len(dial_names(settings)) + 1
 
 
-def dials(settings: Settings, locked: set[str]) -> Settings:
+def dials(settings: Settings, locked: set[str], sized: Callable[[Settings, Settings], Settings]) -> Settings:
     """Draw the dials of this camera; return the changed settings.
 
-    locked: what another lens leaves as it is; a click on a padlock changes this set.
+    locked: what another lens leaves as it is; a click on a padlock changes this set. sized: of the settings before and
+    after another field of view, those whose subject keeps its size where this is locked.
     """
     for name in dial_names(settings):
-        corner = imgui.get_cursor_screen_pos()
+        corner, before = imgui.get_cursor_screen_pos(), settings
         settings = DIALS[name](settings)
+        if name in VIEWS:
+            settings = sized(before, settings)
         if name in LOCKS and settings.has_lens:
             title = imgui.calc_text_size(TITLES[name]).x
             padlock(name, locked, imgui.ImVec2(corner.x + title + theme.em(0.45), corner.y))
-    exposure = dial("Exposure", settings.exposure, dial_scales.exposure_scale(),
+    exposure = dial("Exposure", settings.exposure, dial_scales.exposure_scale(
+        scene_exposure(settings.scene) if settings.exposing == "plain" else 0.0),
                     "Stops by which the picture is brightened; the aperture itself does not change its brightness"
                     if settings.exposing == "plain" else
                     "Stops by which the picture is brightened over the exposure by f-number, time and ISO")

@@ -18,7 +18,7 @@ CELLS = 160
 
 
 def grid_wall() -> Scene:
-    """A flat wall square to the axis, radiance 0.8, lines every 50 mm, one through the axis; nine stars."""
+    """A flat bright wall (radiance 0.8) with a line every 50 mm and nine stars: distortion and curvature of field."""
     half = CELLS * CELL / 2 + LINE / 2
     white, ink = (0.8, 0.8, 0.8), (0.03, 0.03, 0.03)
     wall = Rectangle((0.0, 0.0, -DISTANCE), (half, 0.0, 0.0), (0.0, half, 0.0),
@@ -31,7 +31,7 @@ def grid_wall() -> Scene:
 
 
 def white_wall() -> Scene:
-    """Radiance 1 from every direction: the picture is the falloff of the lens."""
+    """White from every direction (radiance 1): the picture is the falloff of the lens."""
     return Scene("white-wall", sky=Sky((1.0,) * 3, (1.0,) * 3, (1.0,) * 3))
 
 
@@ -58,7 +58,7 @@ def _star(x: float, y: float, radius: float) -> list[Planar]:
 
 
 def resolution_chart() -> Scene:
-    """Focus at 2 m; the frame of the chart fills a film of 3 : 2."""
+    """Slanted edges and Siemens stars from the centre to the corners; its frame fills a film of 3 : 2."""
     things: list[Planar] = [Rectangle((0.0, 0.0, -CHART_DISTANCE), (WIDE, 0.0, 0.0), (0.0, HIGH, 0.0), Material(WHITE))]
     for x, y in ((0.0, 0.0), (-640.0, 400.0), (640.0, 400.0), (-640.0, -400.0), (640.0, -400.0)):
         things += _star(x, y, 120.0 if (x, y) == (0.0, 0.0) else 100.0)
@@ -140,7 +140,7 @@ def _card(x: float, y: float, distance: float) -> list[Any]:
 
 
 def focus_ruler() -> Scene:
-    """The ruler's figures and the stars' labels are metres from the film, along the axis."""
+    """A ruler and Siemens stars with their distances along the axis, in metres from the world's origin."""
     start, end = np.array([0.0, -0.235 * NEAR, -NEAR]), np.array([0.0, 0.115 * FAR, -FAR])
     middle, half = (start + end) / 2, (end - start) / 2
     ruler = Rectangle(triple(middle), triple(half), (-62.0, 0.0, 0.0),

@@ -8,7 +8,7 @@ from lensbench.core.scenery.builtin.building_parts import box
 from lensbench.core.scenery.objects.basic_shapes import Disk, Planar, Rectangle, Sphere
 from lensbench.core.scenery.objects.material import Image, Material, Pattern
 from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
-from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.scene import Framing, Scene
 from lensbench.core.scenery.values import Triple, triple
 
 LEFT, RIGHT, GROUND, TOP, BACK, BEHIND = -1900.0, 2100.0, -1150.0, 1450.0, -5200.0, 1500.0     # mm
@@ -42,7 +42,7 @@ def _framed(centre: Triple, wide: float, high: float, frame: Material, inside: M
 
 
 def room() -> Scene:
-    """Focus at 1.2 m on the table; the mirror shows the window behind the camera."""
+    """Balls on a table in a sunlit room; a mirror shows the window."""
     wall, white = Material((0.56, 0.55, 0.50)), Material((0.74, 0.73, 0.70))
     accent = Material((0.13, 0.22, 0.23))
     wood = Material((0.34, 0.19, 0.085), pattern=Pattern("checker", (0.27, 0.145, 0.062), columns=26.0, rows=5.0))
@@ -91,7 +91,8 @@ def room() -> Scene:
     return Scene("room", sky=Sky((0.5, 0.75, 1.3), (1.3, 1.4, 1.5), (0.35, 0.38, 0.3)),
                  sun=Sun((0.62, 0.17, 0.42), (5.2, 3.9, 2.35), math.radians(0.5)), enclosed=True,
                  plates=tuple([*shell, *pictures, *sideboard, *table, *cord, daylight]), spheres=things,
-                 ambient=(0.25, 0.242, 0.222), depth_range=(500.0, 6000.0))
+                 ambient=(0.25, 0.242, 0.222), depth_range=(500.0, 6000.0), exposure=0.3,
+                 framings=(Framing("close", (-17.0, -140.0, -1230.0), 260.0),))
 
 
 TILT = math.radians(2.9)                # the table falls towards the camera, as if that looked down a little
@@ -126,7 +127,7 @@ def _string(left: Triple, right: Triple, sag: float, count: int, seed: int) -> l
 
 
 def still_life() -> Scene:
-    """Focus at 1.2 m on the red ball."""
+    """Glossy, metal and glass balls on a checkered table, with strings of lights far behind."""
     balls = (
         _ball(-78.0, 1278.0, 90.0, Material((0.80, 0.055, 0.022), "coat")),
         _ball(-382.0, 2010.0, 139.0, Material((0.010, 0.27, 0.33), "coat")),
@@ -158,4 +159,5 @@ def still_life() -> Scene:
                 up=triple(TABLE_UP)),
         floor=Floor(height=-HEIGHT, tile=76.0, light=(0.66, 0.64, 0.61), dark=(0.045, 0.045, 0.048),
                     normal=triple(TABLE_UP), turn=math.radians(9.0), offset=(0.3, 0.15)),
-        spheres=(*balls, *lights), plates=lamps, ambient=(0.06, 0.06, 0.064), depth_range=(400.0, 8000.0))
+        spheres=(*balls, *lights), plates=lamps, ambient=(0.06, 0.06, 0.064), depth_range=(400.0, 8000.0),
+        framings=(Framing("close", triple(np.add(red, (0.0, 0.0, 80.0))), 250.0),))

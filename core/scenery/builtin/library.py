@@ -44,6 +44,12 @@ def builtin_scene(name: str) -> Scene:
     return _MAKERS[name]()
 
 
+def scene_summary(name: str) -> str:
+    """What a built-in scene shows, in a line; SceneError as `builtin_scene`."""
+    scene = builtin_scene(name)
+    return scene.summary or (_MAKERS[name].__doc__ or name).partition("\n")[0].rstrip(".")
+
+
 def benchmark_scene() -> Scene:
     """Ten matte spheres at 0.7 to 6 m on a checkered floor; render it without shadows."""
     places = [(-420, -60, -1500, 190), (30, -110, -1150, 140), (430, -90, -1600, 160), (-180, -190, -800, 60),

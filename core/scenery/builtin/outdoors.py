@@ -12,7 +12,7 @@ from lensbench.core.scenery.objects.material import Material, Pattern
 from lensbench.core.scenery.objects.mesh import Mesh
 from lensbench.core.scenery.objects.shape import Shape, by_family
 from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
-from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.scene import Framing, Scene
 from lensbench.core.scenery.values import Triple, across, triple, unit
 
 FOCUS = 1200.0          # mm: the twig
@@ -58,7 +58,7 @@ def _crown(count: int, low: tuple[float, float, float], high: tuple[float, float
 
 
 def foliage() -> Scene:
-    """Focus at 1.2 m on the twig; a fast old lens shows swirl and cat's eyes in the gaps behind."""
+    """A twig before a wood; a fast old lens shows swirl and cat's eyes in the gaps behind."""
     random = np.random.default_rng(21)
     # The twig: leaves along a bow from the lower left to the upper right, and its stem
     t = np.linspace(0.0, 1.0, 22)
@@ -206,7 +206,7 @@ def _apples() -> Things:
 
 
 def fairground() -> Scene:
-    """Focus at 1.2 m on the apples; 1/125 to 1/30 s shows the motion, and a readout of 1/40 s bends the pinwheels."""
+    """Apples, a tram and wheels: 1/125 to 1/30 s shows their motion, a read-out of 1/40 s bends the pinwheels."""
     things = [
         *_big_wheel(), *_tram(), *_posts(), *_apples(),
         *_pinwheel((-205.0, 42.0, -1150.0), 84.0, 4.0, [RED, CREAM], (0.25, 0.05, 1.0)),
@@ -218,4 +218,5 @@ def fairground() -> Scene:
         sun=Sun((-0.66, 0.40, 0.50), (2.3, 1.45, 0.74), math.radians(1.0)),
         floor=Floor(GROUND, 58.0, (0.34, 0.235, 0.15), (0.26, 0.175, 0.11), turn=math.radians(45.0)),
         spheres=tuple(spheres), plates=tuple(planar),
-        ambient=(0.05, 0.05, 0.06), depth_range=(700.0, 8000.0))
+        ambient=(0.05, 0.05, 0.06), depth_range=(700.0, 8000.0),
+        framings=(Framing("close", (130.0, GROUND + 45.0, -1150.0), 270.0),))

@@ -7,7 +7,7 @@ from lensbench.core.scenery.objects.basic_shapes import Disk, Rectangle, Sphere
 from lensbench.core.scenery.objects.material import Image, Material, Pattern
 from lensbench.core.scenery.objects.mesh import Mesh
 from lensbench.core.scenery.objects.surroundings import Floor, Sky
-from lensbench.core.scenery.scene import Scene
+from lensbench.core.scenery.scene import Framing, Scene
 from lensbench.core.scenery.values import Triple, triple
 
 GROUND = -640.0         # mm: the camera is low, as on one knee
@@ -93,7 +93,7 @@ def _sign(text: str, x: float, y: float, z: float, high: float, colour: Triple) 
 
 
 def dusk_street() -> Scene:
-    """The bicycle stands in focus; windows, signs, lamps and their reflections go on to 60 m."""
+    """A bicycle in the blue hour; windows, signs, lamps and their reflections go on to 60 m."""
     random = np.random.default_rng(8)
     houses: list[Mesh] = []
     for side, seed in ((-1.0, 1), (1.0, 2)):
@@ -132,7 +132,7 @@ def dusk_street() -> Scene:
     return Scene("dusk-street", sky=Sky((0.02, 0.05, 0.19), (0.17, 0.17, 0.30), (0.02, 0.02, 0.03)),
                  floor=Floor(GROUND, 480.0, (0.17, 0.16, 0.16), (0.14, 0.135, 0.135), gloss=0.94),
                  spheres=tuple(lights), plates=(*signs, *posts, *puddle), meshes=(*houses, *ridden),
-                 ambient=(0.02, 0.022, 0.035), depth_range=(2000.0, 70e3), subject=(BICYCLE, 1560.0))
+                 ambient=(0.02, 0.022, 0.035), depth_range=(2000.0, 70e3), subject=(BICYCLE, 1560.0), exposure=1.0)
 
 
 STREET = -1350.0        # mm, the street below the camera
@@ -176,7 +176,7 @@ def _shop_window(colour: Triple, columns: int, lines: int) -> Material:
 
 
 def night_lights() -> Scene:
-    """Focus at 1.2 m on the crystal ball; f/2 shows the cat's eyes."""
+    """A crystal ball before the lights of a city; f/2 shows the cat's eyes."""
     random = np.random.default_rng(11)
     lights = []
     # street lamps along both kerbs
@@ -222,4 +222,5 @@ def night_lights() -> Scene:
     return Scene("night-lights", sky=Sky((0.002, 0.004, 0.013), (0.020, 0.018, 0.034), (0.003, 0.003, 0.005)),
                  floor=Floor(STREET, 600.0, (0.030, 0.030, 0.034), (0.020, 0.020, 0.023), gloss=0.955),
                  spheres=(ball, *lights), plates=(*skyline, *table, *shops), ambient=(0.02, 0.018, 0.02),
-                 depth_range=(800.0, 100e3))
+                 depth_range=(800.0, 100e3), exposure=1.7,
+                 framings=(Framing("close", ball.centre, 270.0), Framing("whole-scene", (0.0, 150.0, -1210.0), 1400.0)))

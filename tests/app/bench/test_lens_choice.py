@@ -11,9 +11,8 @@ from lensbench import lenses
 from lensbench.app.bench.build import design
 from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.constraints import constrained
-from lensbench.app.bench.lens_choice import (
-    FILM, FRAME, LOCKS, image_circle, in_the_way, own_film, subject_distance, with_lens, with_scene
-)
+from lensbench.app.bench.framing import FRAME, framing_of, framings, in_the_way, with_scene
+from lensbench.app.bench.lens_choice import FILM, image_circle, own_film, with_lens
 from lensbench.app.scenes.scene_file import cached_scene
 from lensbench.app.settings.settings import Settings
 from lensbench.core.optics.system import FieldKind, FieldPoint, SystemData
@@ -25,7 +24,7 @@ HAND = replace(Settings(), position=(30.0, 20.0, 10.0), yaw=0.2, f_number=5.6, f
 
 def subject_in_view(settings: Settings) -> np.ndarray:
     """The subject in the frame of the camera (mm)."""
-    point = np.array([0.0, 0.0, -subject_distance(settings.scene), 1.0])
+    point = np.array([*framing_of(settings).centre, 1.0])
     return (np.linalg.inv(settings.world_from_camera) @ point)[:3]
 
 
@@ -52,7 +51,7 @@ def test_the_settings_depend_on_the_lens_and_not_on_the_lens_before():
     assert with_lens(with_lens(with_lens(Settings(), PHONE), FISHEYE), FAR) == direct
 
 
-@pytest.mark.parametrize("locked", LOCKS)
+@pytest.mark.parametrize("locked", ["film", "aperture", "focus"])
 def test_what_is_locked_stays_and_the_rest_is_chosen(locked):
     kept = {"film": ("film_width", "film_height", "crop", "pixels_x", "pixels_y"), "aperture": ("f_number",),
             "focus": ("focus_distance", "position", "yaw", "pitch")}
@@ -91,7 +90,7 @@ def test_what_stands_between_the_subject_and_its_camera_is_said():
 
 def test_a_scene_opens_beside_a_lens_that_cannot_be_read():
     gone = replace(Settings(), lens="/no-such-folder/gone.zmx")
-    assert with_scene(gone, "dusk-street") == replace(gone, scene="dusk-street")
+    assert with_scene(gone, "dusk-street") == replace(gone, scene="dusk-street", exposure=1.0)
 
 
 def test_nothing_stands_between_the_camera_and_the_subject_in_a_room():
@@ -107,10 +106,10 @@ def test_nothing_stands_between_the_camera_and_the_subject_in_a_room():
 def test_the_subject_of_a_scene_file_is_what_stands_in_the_middle(tmp_path):
     path = tmp_path / "ball.toml"
     path.write_text('name = "ball"\n[[sphere]]\ncentre = [0, 0, -3000]\nradius = 100\n')
-    assert subject_distance(str(path)) == pytest.approx(2900.0)
+    assert framings(str(path))["subject"].centre == pytest.approx((0.0, 0.0, -2900.0))
     beside = tmp_path / "beside.toml"
     beside.write_text('name = "beside"\n[[sphere]]\ncentre = [900, 0, -3000]\nradius = 100\n')
-    assert subject_distance(str(beside)) == 1200.0
+    assert framings(str(beside))["subject"].centre == (0.0, 0.0, -1200.0)
 
 
 def test_a_subject_that_is_stated_at_the_middle_of_a_body_is_not_in_its_own_way(tmp_path):
@@ -131,12 +130,13 @@ def test_a_scene_that_states_its_subject_is_framed_on_it(tmp_path):
     for scene, distance, height in (("dusk-street", 4600.0, 1560.0), ("test-chart", 1995.0, 1052.0),
                                     (str(path), 4000.0, 2000.0)):
         chosen = with_scene(replace(HAND, crop=1.0), scene)
-        assert chosen == replace(with_lens(replace(HAND, scene=scene, yaw=0.0), HAND.lens), f_number=5.6)
+        assert chosen == replace(with_lens(replace(HAND, scene=scene, yaw=0.0), HAND.lens), f_number=5.6,
+                                 exposure=cached_scene(scene).exposure)
         assert chosen.position[2] - chosen.focus_distance == pytest.approx(-distance)
         assert min(chosen.film_width, chosen.film_height) / readings(chosen).magnification == (
             pytest.approx(height, rel=0.1))
     kept = with_scene(HAND, "dusk-street", {"focus"})
-    assert kept.position == (0.0, 0.0, 0.0) and kept.focus_distance == HAND.focus_distance
+    assert kept.position == (0.0, 0.0, HAND.focus_distance - 4600.0) and kept.focus_distance == HAND.focus_distance
     with pytest.raises(lb.SceneError, match="subject"):
         lb.Scene(subject=(0.0, 1.0))
 

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+import lensbench as lb
 from lensbench import lenses
 from lensbench.app.command.main import main
 
@@ -57,3 +58,12 @@ def test_a_filter_that_cannot_be_met_is_an_error_of_one_line(capsys, options, re
     assert main(["lenses", *options]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1 and reason in error
+
+
+def test_every_scene_is_listed_in_a_line_with_its_framings_as_data(capsys):
+    assert main(["scenes"]) == 0
+    rows = capsys.readouterr().out.splitlines()
+    assert [row.split()[0] for row in rows] == list(lb.SCENES) and min(map(len, rows)) > 40
+    assert main(["scenes", "--json"]) == 0
+    listed = {row["name"]: row["framings"] for row in json.loads(capsys.readouterr().out)}
+    assert "head" in listed["portrait"] and "head" not in listed["room"]

@@ -15,6 +15,7 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.bench.framing import framed
 from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.command import options
 from lensbench.app.command.main import main
@@ -191,7 +192,18 @@ def test_a_lens_opens_at_its_best_except_for_what_the_options_name(viewed):
     zoom = "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"
     assert settings_of(viewed, zoom, "--zoom", "1") == with_lens(Settings(), zoom, zoom=1.0)
     room = settings_of(viewed, telephoto, "--scene", "room")
-    assert room == with_lens(replace(Settings(), scene="room"), telephoto)
+    assert room == with_lens(replace(Settings(), scene="room", exposure=0.3), telephoto)
+
+
+def test_the_camera_is_placed_by_framing_film_and_field_of_view(viewed, capsys):
+    for line in ("--framing head", "--film aps-c", "--fov 10deg", "--framing head --film 6x6"):
+        settings = settings_of(viewed, LENS, "--scene", "portrait", *line.split())
+        assert framed(settings) == settings, line
+    assert settings.framing == "head" and settings.film_width == 56.0
+    assert main(["view", LENS, "--framing", "head"]) == 2
+    assert "this scene has close, subject, whole-scene" in capsys.readouterr().err
+    assert main(["view", LENS, "--framing", "close", "--focus", "2m"]) == 2
+    assert "leave out --focus" in capsys.readouterr().err
 
 
 def test_a_lens_that_cannot_focus_at_the_default_is_focused_near_its_nearest(viewed):

@@ -9,7 +9,7 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
-from lensbench.app.bench.lens_choice import with_scene
+from lensbench.app.bench.framing import with_scene
 from lensbench.app.display.frame import Mark
 from lensbench.app.display.presenter import _first_mark
 from lensbench.app.drawing.controls import chord
@@ -64,7 +64,7 @@ def test_the_camera_goes_back_to_where_a_scene_with_a_stated_subject_opens():
     assert state.edited == opened
     locked = SimpleNamespace(edited=moved, chooser=Chooser(locked={"focus"}))
     reset_camera(locked)                                    # the padlock keeps the focus, and not the place
-    assert locked.edited == replace(opened, focus_distance=9000.0) and locked.edited.position != (0.0, 0.0, 0.0)
+    assert locked.edited == replace(opened, focus_distance=9000.0, position=(0.0, 0.0, 4400.0))
     state.history = History(replace(moved, tilt=0.1, exposure=2.0))
     reset_all(state)
     assert state.edited == with_scene(Settings(), "dusk-street") == state.history.present

@@ -27,7 +27,7 @@ def test_a_camera_that_something_keeps_near_the_subject_says_so_while_it_stands_
         hand.ctx.item_click("**/Room")
         hand.session.dropped(None, [FILE])
         hand.ctx.yield_(3)
-        assert hand.settings == with_lens(replace(SMALL, scene="room"), FILE)
+        assert hand.settings == with_lens(replace(SMALL, scene="room", exposure=0.3), FILE)
         assert sum(said in message for message in hand.session.view.messages) == 1
         hand.press(UNDO)
         assert not any(said in message for message in hand.session.view.messages)

@@ -10,7 +10,7 @@ from PIL import Image
 
 import lensbench as lb
 from lensbench import lenses
-from lensbench.app.bench.lens_choice import with_scene
+from lensbench.app.bench.framing import with_scene
 from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.image import camera_strip
 from lensbench.app.panels.lens_section import panel as section_panel
