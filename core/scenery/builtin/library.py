@@ -17,7 +17,8 @@ from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
 from lensbench.core.scenery.scene import Scene
 from lensbench.core.scenery.values import SceneError
 
-SHIPPED = ("portrait",)                 # scene files of the application, which are read when they are first used
+# Scene files of the application, which are read when they are first used
+SHIPPED = ("portrait", "table", "product-shot", "mirror-balls", "forest", "balloons")
 _MAKERS: dict[str, Callable[[], Scene]] = {
     "still-life": still_life, "night-lights": night_lights, "focus-ruler": focus_ruler, "grid-wall": grid_wall,
     "white-wall": white_wall, "room": room, "fairground": fairground, "foliage": foliage, "dusk-street": dusk_street,

@@ -10,8 +10,9 @@ from hypothesis import given, settings, strategies as st
 import lensbench as lb
 from lensbench.core.kernels.block import BLUE, GREEN, RED, V0, V1, L, M, N, X, Y, Z
 from lensbench.core.kernels.program import Program
+from lensbench.core.scenery.builtin.library import SHIPPED
 
-WITH_MESHES = ("portrait", "foliage", "dusk-street")        # their stages are compiled by slow tests alone
+WITH_MESHES = (*SHIPPED, "foliage", "dusk-street")        # their stages are compiled by slow tests alone
 ALL = (*(pytest.param(name, marks=pytest.mark.slow) if name in WITH_MESHES else name for name in lb.SCENES),
        "benchmark")
 
