@@ -31,14 +31,16 @@ def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
     homes = typed_imports(package)
 
     def find(name: str) -> Any:
+        if (package, name) == (ROOT, "__version__"):
+            return import_module("importlib.metadata").version(ROOT)
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         module, there = homes[name]
         home = import_module(module)
         if hasattr(home, there):
-            from lensbench.core.named_objects import refusing_names  # with `inspect`: not before a name is used
+            from lensbench.core.named_objects import accepting_names  # with `inspect`: not before a name is used
 
-            value = refusing_names(getattr(home, there), package)
+            value = accepting_names(getattr(home, there), package)
         else:
             value = import_module(f"{module}.{there}")
         setattr(sys.modules[package], name, value)

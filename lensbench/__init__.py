@@ -93,5 +93,6 @@ if TYPE_CHECKING:               # the public names; each is imported when it is 
     from lensbench.core.scenery.scene import Scene
     from lensbench.core.scenery.shading.participating_medium import Medium, MediumError
     from lensbench.core.scenery.values import SceneError
+    from lensbench.lenses.glass.catalogue import find as glass
 
 __getattr__, __dir__, __all__ = lazy_names(__name__)

@@ -124,7 +124,7 @@ class Glass:
         name = self.n_d if isinstance(self.n_d, str) else self.name if isnan(self.n_d) else ""
         if name:
             raise GlassError(f"glass {excerpt(name)} needs its index: give n_d, or look the glass up by "
-                             f"lensbench.lenses.glass.catalogue.find({excerpt(name)})")
+                             f"lb.glass({excerpt(name)})")
         if not (isfinite(self.n_d) and self.n_d >= 1.0):
             raise GlassError(f"index {self.n_d} of a glass: it must be a number of at least 1")
         if self.v_d is not None and not (isfinite(self.v_d) and self.v_d > 0.0):

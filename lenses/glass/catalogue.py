@@ -231,9 +231,15 @@ def _unknown(name: str, known: _Known) -> str:
 
 
 def find(name: str, maker: str | None = None) -> Glass:
-    """The glass of a name in any spelling, alone or with its maker; maker: preferred if several use it.
+    """The glass of a name in any spelling, alone or with its maker.
 
-    UnknownGlass for all other texts: `from_code` takes codes, and `resolve` takes similar names.
+    Args:
+        name: "N-BK7", "nbk7" or "Schott N-BK7". `from_code` takes codes, and `resolve` takes similar names.
+        maker: Preferred if several makers use the name.
+    Returns:
+        Glass of the catalogues that are shipped, or of an AGF file in `user_folder()`, with its dispersion.
+    Raises:
+        UnknownGlass: No catalogue has the name; the message names the nearest ones.
     """
     glass = lookup(name, maker)
     if glass is None:

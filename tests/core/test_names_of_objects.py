@@ -1,17 +1,21 @@
-"""Every public function that takes a lens, a scene or a camera takes its name, or refuses it with what to do."""
+"""Every public function takes the name or path of a lens or a scene, and refuses a camera by name with a remedy."""
 
 import inspect
 import pickle
 import re
+from importlib.metadata import version
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import lensbench as lb
 from lensbench import lenses
+from lensbench.app.scenes.scene_file import SceneFileError
+from lensbench.lenses import LensFileError
+from lensbench.lenses.library.catalogue import path_of
 
 MEANT = re.compile(r"\b(Lens|Scene|Camera|LensCamera|PerspectiveCamera)\b")
-REMEDIES = ("lensbench.lenses.load('still-life')", "lb.load_scene('still-life')", "lb.PerspectiveCamera(lb.Film())")
 RESULTS = {"ExitPupil", "Places", "LightField", "Lumigraph", "Format"}      # that functions return
 
 
@@ -35,17 +39,39 @@ def takers():
 
 
 @pytest.mark.parametrize("function, parameter", list(takers()))
-@pytest.mark.parametrize("given", ["still-life", Path("still-life")])
-def test_a_name_is_refused_in_one_sentence_with_the_remedy(function, parameter, given):
+@pytest.mark.parametrize("name", ["no such name", Path("no such name")])
+def test_a_name_is_looked_up_or_refused_with_the_remedy(function, parameter, name):
     parameters = inspect.signature(function).parameters
-    others = {name: None for name, each in parameters.items()
-              if each.default is each.empty and each.kind in (each.POSITIONAL_OR_KEYWORD, each.KEYWORD_ONLY)}
-    with pytest.raises(TypeError, match="and not its name or path") as told:
-        function(**{**others, parameter: given})
-    assert any(remedy in str(told.value) for remedy in REMEDIES) and "\n" not in str(told.value)
+    others = {key: None for key, other in parameters.items()
+              if other.default is other.empty and other.kind in (other.POSITIONAL_OR_KEYWORD, other.KEYWORD_ONLY)}
+    errors = {"lens": LensFileError, "focusing": LensFileError, "scene": SceneFileError}
+    with pytest.raises(errors.get(parameter, TypeError), match="no such name|lb.PerspectiveCamera") as told:
+        function(**{**others, parameter: name})
+    assert "\n" not in str(told.value)
     if list(parameters)[0] == parameter:
-        with pytest.raises(TypeError, match="and not its name or path"):
-            function(given, *[None] * (len(others) - 1))
+        with pytest.raises(errors.get(parameter, TypeError), match="no such name|lb.PerspectiveCamera"):
+            function(name, *[None] * (len(others) - 1))
+
+
+def test_a_name_means_what_it_loads():
+    lens = lenses.load("pbrt-dgauss-50mm")
+    assert lb.first_order("pbrt-dgauss-50mm") == lb.first_order(lens)
+    assert lb.first_order(lens=path_of("pbrt-dgauss-50mm")).efl == lb.first_order(lens).efl
+    camera = lb.LensCamera("pbrt-dgauss-50mm", lb.Film(36.0, 24.0, 12, 8))
+    assert camera.lens == lens
+    assert np.array_equal(lb.depth_map(camera, "room"), lb.depth_map(camera, lb.builtin_scene("room")))
+
+
+def test_a_glass_is_found_by_its_name_and_refused_without_an_index():
+    assert abs(lb.glass("nbk7").n_d - 1.5168) < 1e-6 and lb.glass("N-BK7").formula != "model"
+    with pytest.raises(lb.GlassError, match="lb.glass"):
+        lb.Glass(name="N-BK7")
+    with pytest.raises(lb.GlassError, match="no catalogue"):
+        lb.glass("N-BK99")
+
+
+def test_the_version_is_that_of_the_package():
+    assert lb.__version__ == version("lensbench")
 
 
 def test_there_are_such_functions_of_each_kind():

@@ -46,7 +46,7 @@ from lensbench.core.analysis.grids.grid_cells import Landed, of_mean_1, open_are
 from lensbench.core.analysis.grids.open_region import open_boxes, stop_transmission
 from lensbench.core.kernels.byte_cache import byte_cache
 from lensbench.core.kernels.cache import njit
-from lensbench.core.named_objects import refusing_names
+from lensbench.core.named_objects import accepting_names
 from lensbench.core.optics.finding import Finding, Kind
 from lensbench.core.optics.lens_surface import LensError
 from lensbench.core.optics.paraxial import first_order
@@ -183,7 +183,7 @@ RIM = 6.4               # over the points across: share of the squares of a sum 
 
 
 @byte_cache(MOST_KEPT, 16)
-@refusing_names
+@accepting_names
 def ray_grid(lens: Lens, film_distance: float, conditions: Conditions, pupil: int = PUPIL) -> RayGrid:
     """The rays of an analysis; kept for the last lens states, at most sixteen.
 
