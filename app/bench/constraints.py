@@ -4,6 +4,7 @@ Lengths in mm, angles in radians.
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 
 import lensbench as lb
@@ -12,6 +13,7 @@ from lensbench.app.bench.camera_kinds import MAKERS, readings
 from lensbench.app.bench.readouts import colours
 from lensbench.app.bench.water_window import nearest_in_focus
 from lensbench.app.bench.zoom import focal_length, is_engraved, zoom_of
+from lensbench.app.settings.bodies import BODIES
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_angle
 from lensbench.core.imaging.film import least_radius
@@ -182,9 +184,15 @@ def with_projection(settings: Settings, projection: str) -> Settings:
 
 
 def with_film(settings: Settings, width: float, height: float) -> Settings:
-    """The settings with another film, square pixels, and as many along the longer side."""
+    """The settings with another film, of no named body, square pixels, and as many along the longer side."""
     longer = max(settings.pixels_x, settings.pixels_y)
-    return with_longer_side(replace(settings, film_width=width, film_height=height), longer)
+    return with_longer_side(replace(settings, film_width=width, film_height=height, body=""), longer)
+
+
+def with_body(settings: Settings, name: str, change: Callable[[Settings, float, float], Settings] = with_film
+              ) -> Settings:
+    """The settings with the sensor of a camera body by name; "" for none. change: `with_film` or an equivalent one."""
+    return replace(change(settings, *BODIES[name].size), body=name) if name else replace(settings, body="")
 
 
 def with_equivalent_film(settings: Settings, width: float, height: float) -> Settings:

@@ -76,8 +76,7 @@ class Readings:
 
 def blur_limit(settings: Settings) -> float:
     """The circle of confusion (mm) up to which a point counts as sharp."""
-    film = settings.film
-    return film.pitch if settings.limit == "pixel" else film.diagonal / 1500.0
+    return settings.pixel_pitch if settings.limit == "pixel" else settings.film.diagonal / 1500.0
 
 
 class Colours(NamedTuple):

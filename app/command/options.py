@@ -23,6 +23,7 @@ from lensbench.app.bench.readouts import colours
 from lensbench.app.bench.zoom import asked_zoom
 from lensbench.app.command.lens_options import add_lens_options, add_setting, dest, option, say
 from lensbench.app.scenes.scene_file import cached_scene
+from lensbench.app.settings.bodies import Body, bodies_named
 from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS, LensSettings
 from lensbench.app.settings.setting import SettingsError, spec
 from lensbench.app.settings.setting_table import SHAPES
@@ -41,8 +42,8 @@ def read_size(text: str) -> tuple[int, int]:
     return int(match[1]), int(match[2])
 
 
-def read_film(text: str) -> tuple[float, float]:
-    """“36x24” in mm, or the beginning of a format's name, such as “aps-c”, “6x7” or “full frame”."""
+def read_film(text: str) -> "tuple[float, float] | Body":
+    """“36x24” in mm, the beginning of a format's name, such as “aps-c” or “6x7”, or a camera, such as “Sony A7 IV”."""
     from lensbench import FORMATS
 
     plain = {_plain(name): size for name, size in FORMATS.items()}
@@ -52,9 +53,13 @@ def read_film(text: str) -> tuple[float, float]:
     match = re.fullmatch(r"\s*(\d+\.?\d*)\s*[x×]\s*(\d+\.?\d*)\s*(?:mm)?\s*", text.lower())
     if match is not None:
         return float(match[1]), float(match[2])
+    bodies = bodies_named(text) if text.strip() else ()
+    if len(bodies) == 1:
+        return bodies[0]
     near = get_close_matches(_plain(text), plain, n=3, cutoff=0.3)
-    names = [name for name in FORMATS if not near or _plain(name) in near]
-    raise ValueError(f"“{cut(text)}”: type a size in mm such as 36x24, or a format: {', '.join(names)}")
+    names = [body.name for body in bodies[:6]] or [name for name in FORMATS if not near or _plain(name) in near]
+    raise ValueError(f"“{cut(text)}”: type a size in mm such as 36x24, a camera such as “Sony A7 IV”, or a format: "
+                     f"{', '.join(names)}")
 
 
 def _plain(name: str) -> str:
@@ -69,8 +74,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
         "options change them")
     add("--scene", metavar="SCENE", help="a built-in scene, or a scene file (.toml)")
     add("--film", type=option(read_film), metavar="FILM",
-        help="width x height in mm, such as 36x24, or a format's name, such as aps-c; by default the film that the "
-             "lens was made for, and 36x24 with --focal-length")
+        help="width x height in mm, such as 36x24, a format's name, such as aps-c, or a camera's, such as “Sony "
+             "A7 IV”; by default the film that the lens was made for, and 36x24 with --focal-length")
     add("--size", type=option(read_size), metavar="WxH",
         help="pixels across and down; without --film, the film is cut to their shape")
     add("--fov", type=option(read_angle), metavar="ANGLE",
@@ -132,7 +137,9 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
     settings = with_camera(replace(settings, **asked), camera or settings.camera)
     if settings.layout != layout:
         settings = with_layout(settings, settings.layout)
-    settings = _shaped(settings, arguments.film, arguments.size)
+    settings = _shaped(settings, arguments.film and arguments.film[:2], arguments.size)
+    if isinstance(arguments.film, Body):
+        settings = replace(settings, body=arguments.film.name)
     viewed = _viewed(_zoomed(settings, arguments.zoom), arguments.fov, arguments.zoom is not None)
     if viewed.zoom != settings.zoom:                # limit what no option names
         limited = ("f_number", "focus_distance", "film_radius")

@@ -70,7 +70,7 @@ def circle_of_confusion_panel(settings: Settings, state: CocState, links: Pointe
 def confusion_figure(settings: Settings, got: Readings, shown: Curves, of_a: Curves | None) -> Figure:
     """The plot of these curves. of_a: those of the settings A."""
     low, high, bottom, top = plot_range(got)
-    pitch, limit = 1000.0 * settings.film.pitch, 1000.0 * (got.limit or 0.0)
+    pitch, limit = 1000.0 * settings.pixel_pitch, 1000.0 * (got.limit or 0.0)
     across = low / FARTHEST, FARTHEST
     layers: list = []
 
@@ -83,7 +83,8 @@ def confusion_figure(settings: Settings, got: Readings, shown: Curves, of_a: Cur
         layers.append(Curve.straight(across, (limit, limit), dash=DASHED, tag=tag))
     else:
         layers += [Curve.straight(across, (limit, limit), dash=DASHED, tag=f"limit {significant(limit, 3)} µm"),
-                   Curve.straight(across, (pitch, pitch), dash=DOTTED, tag="pixel")]
+                   Curve.straight(across, (pitch, pitch), dash=DOTTED,
+                                  tag="pixel" if settings.sensor is None else "sensor pixel")]
     if got.airy is not None:
         layers.append(Curve.straight(across, (1000.0 * got.airy,) * 2, dash=DOTTED, tag="Airy"))
     if got.hyperfocal is not None:
@@ -143,6 +144,6 @@ def _words(settings: Settings, shown: Curves, distance: float, _: float) -> str:
     for name, diameters in (("real", shown.real), ("thick", shown.thick), ("thin", shown.thin)):
         if diameters is not None:
             value = float(np.exp(np.interp(math.log(distance), np.log(shown.distances), np.log(diameters))))
-            pixels = value / (1000.0 * settings.film.pitch)
+            pixels = value / (1000.0 * settings.pixel_pitch)
             lines.append(f"{name} lens   {significant(value, 3)} µm   {significant(pixels, 2)} px")
     return "\n".join(lines)

@@ -9,6 +9,7 @@ from functools import lru_cache
 
 import lensbench as lb
 from lensbench.app.bench.lens_choice import covered_format
+from lensbench.app.settings.settings import Settings
 from lensbench.core.text import significant
 from lensbench.lenses import Card
 from lensbench.lenses.library import search
@@ -164,6 +165,11 @@ def film_name(size: tuple[float, float]) -> str:
         if math.isclose(size[0], known[0]) and math.isclose(size[1], known[1]):
             return name
     return f"{significant(size[0])} × {significant(size[1])} mm"
+
+
+def format_name(settings: Settings) -> str:
+    """The camera body, the film format, or the size of the film of these settings."""
+    return settings.sensor.name if settings.sensor else film_name((settings.film_width, settings.film_height))
 
 
 def kinds(cards: Sequence[Card]) -> list[str]:

@@ -7,6 +7,7 @@ is one field here; `settings` has what follows from the values.
 import math
 from dataclasses import dataclass
 
+from lensbench.app.settings.bodies import BODIES
 from lensbench.app.settings.camera_facts import CAMERAS, LENS_MODELS, MODEL_TITLES, LensSettings
 from lensbench.app.settings.setting import (
     ANGLE, DISTANCE, LENGTH, MOMENT, MOTION, NOTHING, PART, PLACE, SPAN, Interval, setting
@@ -98,6 +99,8 @@ class SettingTable(LensSettings):
         help="on the light of the stars; 1, by default, is true to scale with the direct light")
     film_width: float = setting(36.0, unit="mm", bounds=LENGTH)
     film_height: float = setting(24.0, unit="mm", bounds=LENGTH)
+    body: str = setting("", "camera body", choices={"": "None"} | {name: name for name in BODIES}, restarts=NOTHING,
+                        figures=True, rule="choose one of those in the list Format")
     crop: float = setting(1.0, bounds=Interval(1e-4, 1.0))     # part of the film that is used, by length
     fov: float = setting(0.6, "field of view", "°", Interval(NARROWEST, math.radians(179.99)))
     fov_axis: str = setting("shorter", choices=FOV_AXES,

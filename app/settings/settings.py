@@ -13,6 +13,7 @@ import numpy as np
 
 import lensbench as lb
 from lensbench.app.scenes.scene_file import SceneFileError, cached_scene
+from lensbench.app.settings.bodies import BODIES, Body
 from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS, MODEL_TITLES, CameraKind
 from lensbench.app.settings.setting import MOTION, NOTHING, SettingsError, check, converted, spec
 from lensbench.app.settings.setting_table import SHAPES, SettingTable
@@ -72,6 +73,17 @@ class Settings(SettingTable):
     def film(self) -> lb.Film:
         """The part of the film that is used, with its pixels."""
         return lb.Film(self.film_width * self.crop, self.film_height * self.crop, self.pixels_x, self.pixels_y)
+
+    @property
+    def sensor(self) -> Body | None:
+        """The camera body that is chosen by name, while the film has the size of its sensor."""
+        body = BODIES.get(self.body)
+        return body if body is not None and body.size == (self.film_width, self.film_height) else None
+
+    @property
+    def pixel_pitch(self) -> float:
+        """Size (mm) of a pixel that blur is counted in: of the camera body, else of the picture."""
+        return self.film.pitch if self.sensor is None else self.sensor.pitch
 
     @property
     def film_pose(self) -> FilmPose:

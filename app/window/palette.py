@@ -17,9 +17,11 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.bench.build import design, stop_picture_path
 from lensbench.app.bench.camera_kinds import unfit
-from lensbench.app.bench.constraints import constrained, field_of_view, with_camera, with_field_of_view, zooms
+from lensbench.app.bench.constraints import (
+    constrained, field_of_view, with_body, with_camera, with_field_of_view, zooms
+)
 from lensbench.app.bench.framing import framings, with_framing, with_scene
-from lensbench.app.bench.lens_choice import with_lens
+from lensbench.app.bench.lens_choice import FILM, with_lens
 from lensbench.app.bench.zoom import asked_zoom, focal_length, is_engraved
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import two_lines
@@ -244,7 +246,8 @@ def _of_field(field: Field, current: Settings) -> list[Entry]:
         return [Entry(f"{name}: {'off' if value else 'on'}", f"now {'on' if value else 'off'}",
                       _sets(_changed(field.name, not value)))]
     if about.choices and about.read is None:
-        return [Entry(f"{name}: {title}", "now" if key == value else "", _sets(_changed(field.name, key)))
+        choose = _sets if field.name != "body" else _owns
+        return [Entry(f"{name}: {title}", "now" if key == value else "", choose(_changed(field.name, key)))
                 for key, title in titles(field).items() if (field.name != "lens_model" or not unfit(current, key))
                 and (field.name != "framing" or key in framings(current.scene))]
     if reader(field) is None:
@@ -282,7 +285,8 @@ def _asked(lens: lb.Lens, text: str, wrong: bool) -> Entry | None:
     return Entry(f"{ZOOM[0]}: {_zoomed(lens, zoom)}", "Enter", _sets(_changed("zoom", zoom)))
 
 
-WITH: dict[str, Callable[[Settings, str], Settings]] = {"camera": with_camera, "framing": with_framing}
+WITH: dict[str, Callable[[Settings, str], Settings]] = {"camera": with_camera, "body": with_body,
+                                                        "framing": with_framing}
 
 
 def _changed(name: str, value: Any) -> Callable[[Settings], Settings]:
@@ -399,6 +403,14 @@ def _sets(change: Callable[[Settings], Settings]) -> Callable[[WindowState], Non
             state.take(state.showable(after))
         except (ValueError, OSError) as error:
             state.view.say(str(error))
+    return run
+
+
+def _owns(change: Callable[[Settings], Settings]) -> Callable[[WindowState], None]:
+    """As `_sets`, of a camera body: another lens leaves the format."""
+    def run(state: WindowState) -> None:
+        _sets(change)(state)
+        state.chooser.locked.add(FILM)
     return run
 
 

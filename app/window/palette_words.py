@@ -56,14 +56,15 @@ ENTRIES = {word: entry for entry, words in WORDS.items() for word in words.split
 
 # What the lens browser shows for a use, and other words for it
 USES = {
-    "Portrait lenses": (Shelf(length="65–110 mm", speed="f/2.8 or faster", film="Full frame"), "portrait lens"),
-    "Wide-angle lenses": (Shelf(length="12–24 mm", film="Full frame"), "wide angle, wide lens, landscape lens"),
+    **{f"{use.capitalize()} lenses": (Shelf(use=use), words) for use, words in (
+        ("portrait", "portrait lens"), ("landscape", "landscape lens"), ("street", "street lens, reportage lens"),
+        ("macro", "macro lens, close up lens"), ("astro", "astro lens, milky way lens"),
+        ("wildlife", "wildlife lens, bird lens, sports lens"), ("travel", "travel lens, superzoom"),
+        ("cinema", "cinema lens, cine lens, anamorphic lens"), ("phone", "phone lens, phone camera"))},
+    "Wide-angle lenses": (Shelf(length="12–24 mm", film="Full frame"), "wide angle, wide lens"),
     "Standard lenses": (Shelf(length="40–65 mm", film="Full frame"), "normal lens, nifty fifty"),
-    "Street lenses": (Shelf(length="24–40 mm", film="Full frame"), "street lens, reportage lens"),
-    "Telephoto lenses": (Shelf(length="110–220 mm", film="Full frame"), "tele lens, telephoto lens, sports lens"),
-    "Macro lenses": (Shelf(kind="macro"), "macro lens, close up lens"),
+    "Telephoto lenses": (Shelf(length="110–220 mm", film="Full frame"), "tele lens, telephoto lens"),
     "Fisheye lenses": (Shelf(kind="fisheye"), "fisheye lens"),
-    "Phone lenses": (Shelf(kind="phone lens"), "phone lens, phone camera"),
     "Zoom lenses": (Shelf(zooms=True), "zoom lens"),
 }
 ENTRIES |= {word: name for name, (_, words) in USES.items() for word in words.split(", ")}

@@ -41,6 +41,7 @@ FORMATS: dict[str, tuple[float, float]] = {     # width, height in mm
     "6 × 6 cm 56 × 56": (56.0, 56.0),
     "6 × 7 cm 70 × 56": (70.0, 56.0),
     "Large 4 × 5 inch": (127.0, 101.6),
+    "Large 8 × 10 inch": (254.0, 203.2),
 }
 
 

@@ -14,7 +14,7 @@ import lensbench as lb
 from lensbench import lenses
 from lensbench.app.bench.camera_kinds import unfit
 from lensbench.app.bench.constraints import (
-    constrained, with_camera, with_equivalent_film, with_film, with_layout, with_projection
+    constrained, with_body, with_camera, with_equivalent_film, with_film, with_layout, with_projection
 )
 from lensbench.app.bench.framing import (
     SIZE, frame_height, framed, framing_of, framings, resized, with_framing, with_scene
@@ -27,14 +27,16 @@ from lensbench.app.panels.controls.dials import dial_count, dials
 from lensbench.app.panels.controls.popups import can_disperse, dispersion_popup, focus_popup
 from lensbench.app.scenes.scene_file import SceneFileError, cached_scene
 from lensbench.app.session.edited_lens import edit_mark
-from lensbench.app.session.lens_shelf import film_name
+from lensbench.app.session.lens_shelf import film_name, format_name
 from lensbench.app.session.notices import Request
+from lensbench.app.settings.bodies import bodies_named
 from lensbench.app.settings.camera_facts import CAMERA_KINDS, LENS_MODELS
 from lensbench.app.settings.setting_table import FOV_AXES, FRAMINGS, LAYOUTS, PROJECTIONS
 from lensbench.app.settings.settings import Settings
 from lensbench.core.lens_models.polynomial import DEGREES
 from lensbench.core.text import significant
 
+BODY_ROWS = 6                   # of the list of camera bodies, which scrolls
 FILM_SIDES = (0.1, 1000.0)      # mm, of a custom film
 DEGREE_TIP = "Degree of the polynomial in film point and pupil: the higher, the nearer to the lens and the slower.\n" \
              "The panel Models charts one against the other"
@@ -45,6 +47,7 @@ class Chooser:
     """The state of the open lists, and their requests to the window."""
 
     film: tuple[float, float] = (36.0, 24.0)
+    body: str = ""                                          # what is typed to find a camera body
     equivalent: bool = False                                # another film keeps field of view and depth of field
     locked: set[str] = field(default_factory=set)           # LOCKS that another lens leaves as they are
     requests: set[Request] = field(default_factory=set)     # of the window
@@ -224,6 +227,13 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
             if imgui.selectable(name, name == film_name((settings.film_width, settings.film_height)))[0]:
                 chosen = change(settings, width, height)
         imgui.separator()
+        body_name = _bodies(settings, chooser)
+        if body_name is not None:
+            chosen = with_body(settings, body_name, change)
+            if body_name:
+                chooser.locked.add(FILM)                # another lens leaves the camera that one owns
+            imgui.close_current_popup()
+        imgui.separator()
         chooser.equivalent = check_box("Keep the picture", chooser.equivalent)
         imgui.set_item_tooltip("With another film, focal length and f-number change by as much as its diagonal: the\n"
                                "field of view and the depth of field stay. Pin the picture as A first, to compare")
@@ -250,7 +260,10 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
 
     corner = imgui.get_cursor_screen_pos()
     _labelled("Format")
-    drop_list("Film", film_name((settings.film_width, settings.film_height)), "The film's size", content)
+    body = settings.sensor
+    drop_list("Film", format_name(settings), "The film's size, or the camera body by its name" if body is None else
+              f"{body.facts}.\nThe picture is rendered at {settings.pixels_x} × {settings.pixels_y}; blur is counted "
+              "in pixels of the sensor", content)
     if settings.has_lens:
         padlock(FILM, chooser.locked, ImVec2(corner.x + theme.em(2.85), corner.y + imgui.get_style().frame_padding.y))
     if chosen == settings:
@@ -258,6 +271,26 @@ def _film(settings: Settings, chooser: Chooser) -> Settings:
     if chosen.focal_length != settings.focal_length:        # the picture is kept
         return constrained(chosen)
     return chooser.sized(settings, chosen) if SIZE in chooser.locked else constrained(framed(chosen, chooser.locked))
+
+
+def _bodies(settings: Settings, chooser: Chooser) -> str | None:
+    """Draw the camera bodies that match what is typed; the chosen one, "" for none, None for no choice."""
+    chosen = None
+    imgui.set_next_item_width(-1.0)
+    _, chooser.body = imgui.input_text_with_hint("##Camera body", "Camera, such as Sony A7 IV", chooser.body)
+    rows = bodies_named(chooser.body)
+    count = min(max(len(rows), 1) + (settings.sensor is not None), BODY_ROWS)
+    if imgui.begin_child("Bodies", ImVec2(0.0, count * imgui.get_text_line_height_with_spacing())):
+        if settings.sensor is not None and imgui.selectable("No camera by name", False)[0]:
+            chosen = ""
+        for body in rows:
+            if imgui.selectable(body.name, body is settings.sensor)[0]:
+                chosen = body.name
+            imgui.set_item_tooltip(f"{body.facts}.\nLocks the format, so that another lens keeps it")
+        if not rows:
+            imgui.text_disabled("No such camera")
+    imgui.end_child()
+    return chosen
 
 
 def _camera(settings: Settings) -> Settings:

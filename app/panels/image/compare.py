@@ -14,7 +14,7 @@ from lensbench.app.display.frame import Box, Pinned
 from lensbench.app.drawing import theme
 from lensbench.app.panels.controls.controls import lens_name, scene_title
 from lensbench.app.panels.image.overlays import SCALE_STEPS, draw_colour_scale, draw_note
-from lensbench.app.session.lens_shelf import film_name
+from lensbench.app.session.lens_shelf import format_name
 from lensbench.app.settings.setting_table import LAYOUTS, TONES, VIEWS
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import (
@@ -73,7 +73,7 @@ def differences(a: Settings, b: Settings) -> tuple[str, str]:
 
     descriptions = (
         (("lens", "edited"), lens_name), (("scene",), lambda s: scene_title(s.scene)),
-        (("film_width", "film_height"), lambda s: film_name((s.film_width, s.film_height))),
+        (("film_width", "film_height", "body"), format_name),
         (("camera", "lens_model"), lambda s: s.camera_title), (("crop", "fov", "fisheye_fov", "fov_axis"), angle),
         (("projection",), lambda s: s.projection), (("layout",), lambda s: LAYOUTS[s.layout]),
         (("scene_width",), lambda s: format_distance(s.scene_width)),

@@ -79,7 +79,7 @@ def subject(name: str, arguments: argparse.Namespace, exactly: bool) -> Subject:
         focus = max(AWAY * efl if focus is None else focus, 1.02 * lb.nearest_focus(lens))
     if f_number is not None and not exactly:
         f_number = max(f_number, lb.first_order(lens).f_number)
-    width, height = arguments.film or FILM
+    width, height = (arguments.film or FILM)[:2]
     pixels = arguments.size or PIXELS
     camera = lb.LensCamera(lens, lb.Film(width, height, *pixels), focus, f_number)
     if arguments.film is None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import imgui
 
-from lensbench.app.bench.lens_choice import with_lens
+from lensbench.app.bench.lens_choice import FILM, with_lens
 from lensbench.app.drawing.controls import chord
 from lensbench.lenses.library import catalogue
 from tests.app.conftest import SMALL
@@ -59,3 +59,29 @@ def test_a_dropped_lens_is_at_its_best_but_for_what_a_padlock_keeps(drive, tmp_p
         assert hand.session.chooser.locked == {"film", "focus"}
 
     assert [text for text in drive(use).view.messages if "telephoto" not in str(text)] == []
+
+
+def test_a_camera_is_found_by_its_name_and_another_lens_leaves_its_format(drive):
+    def use(hand):
+        hand.picture()
+        hand.ctx.item_click("//Controls/##Film")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("//$FOCUSED/##Camera body")
+        hand.ctx.key_chars("a7 iv")
+        hand.ctx.yield_(3)
+        hand.ctx.item_click("**/Sony A7 IV")
+        hand.picture()
+        body = hand.settings.sensor
+        assert body.name == "Sony A7 IV" and (hand.settings.film_width, hand.settings.film_height) == (35.9, 23.9)
+        assert hand.settings.pixels_x == SMALL.pixels_x and FILM in hand.session.chooser.locked
+        hand.session.browsing.toggle()
+        hand.session.browsing.state.tried = "fujifilm-fujinon-xf-r-lm-wr-23-f14"        # of APS-C
+        hand.picture()
+        assert hand.settings.lens.startswith("fujifilm") and hand.settings.sensor == body
+        hand.session.browsing.toggle()
+        hand.ctx.item_click("//Controls/##Film")
+        hand.ctx.item_click("//##Combo_00/APS-C 23.5 × 15.6")
+        hand.picture()
+        assert hand.settings.body == "" and hand.settings.film_width == 23.5
+
+    drive(use)
