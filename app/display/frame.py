@@ -86,6 +86,8 @@ class Picture:
     samples: int = 0
     seconds: float = 0.0
     paused: bool = False
+    held: str = ""                                  # the work for which it pauses; "": for none
+    other: bool = False                             # of another lens, scene or camera than that of the settings
     waiting: float = 0.0                            # seconds since the settings changed, until their first picture
     first: bool = False                             # no picture yet: the kernels may be compiling
     depth: NDArray[np.float32] | None = None        # (h, w) mm from the film along the axis
@@ -133,15 +135,15 @@ class View:
     notices: Notices = field(default_factory=Notices)
 
     def say(self, message: str, done: bool = False, note: bool = False, lens: str = "",
-            file: str = "", change: bool = False) -> None:
-        """Show a message until it is dismissed; an error unless it is a success or a note.
+            file: str = "", change: bool = False, about: str = "") -> None:
+        """Show a message; an error, which stays until it is dismissed, unless it is a success or a note.
 
         done: it reports a success. note: it needs no answer. lens: a note on the lens of this setting, which goes with
         the lens. file: the file that it says cannot be read. change: it is about the settings that this frame sets,
-        and goes when undo takes them back.
+        and goes when undo takes them back. about: the kind of work that it reports, whose next report replaces it.
         """
         kind = NoticeKind.DONE if done else NoticeKind.NOTE if note or lens else NoticeKind.ERROR
-        self.notices.say(Notice(message, kind, lens, file, change))
+        self.notices.say(Notice(message, kind, lens, file, change, about=about))
 
     @property
     def messages(self) -> list[str]:

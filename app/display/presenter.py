@@ -26,6 +26,7 @@ from lensbench.app.workers.light_field_worker import FieldPicture
 from lensbench.app.workers.render_job import RenderUpdate
 from lensbench.app.workers.render_worker import RenderWorker
 
+SUBJECT = "lens", "scene", "camera"     # settings with which a picture shows something else
 OFF_CENTRE = 0.35               # of the picture: farther from its middle nothing is marked as in focus
 
 
@@ -220,9 +221,10 @@ class Presenter:
                            difference=difference, recorded=update.settings, light=light,
                            note=note(field.recording, field.look, field.has_depth),
                            applied=applied, off_meter=off_meter)
-        return Picture(texture, screen.size, update.samples, update.seconds, self._worker.paused, waiting, False,
-                       self.depth(settings), shares, pinned, difference, light=light, applied=applied,
-                       around=around, off_meter=off_meter)
+        return Picture(texture, screen.size, update.samples, update.seconds, self._worker.paused, waiting=waiting,
+                       depth=self.depth(settings), histogram=shares, pinned=pinned, difference=difference, light=light,
+                       applied=applied, around=around, off_meter=off_meter,
+                       other=any(getattr(update.settings, name) != getattr(settings, name) for name in SUBJECT))
 
     def _around(self, settings: Settings, view: View, update: RenderUpdate, screen: Screen) -> int:
         """The GL name of the look around in a panorama; 0 if the picture is none, or is looked at as a whole."""

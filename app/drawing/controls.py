@@ -19,6 +19,32 @@ def chord(*keys: imgui.Key) -> int:
     return reduce(or_, map(int, keys))
 
 
+def beside(lines: Iterable[str], wrap: float = 0.0) -> None:
+    """Let the next tooltip stand next to the item just drawn and not cover it; at the mouse where it has no room.
+
+    lines: that it will show. wrap: the width in em at which they are broken; 0 for none.
+    """
+    low, high, style = imgui.get_item_rect_min(), imgui.get_item_rect_max(), imgui.get_style()
+    sizes = [imgui.calc_text_size(line, False, theme.em(wrap) if wrap else -1.0) for line in lines]
+    wide = max(size.x for size in sizes) + 2.0 * style.window_padding.x
+    tall = sum(size.y + style.item_spacing.y for size in sizes) + 2.0 * style.window_padding.y
+    gap, screen = theme.em(0.4), imgui.get_main_viewport().size
+    level, upright = min(low.y, screen.y - tall - gap), min(low.x, screen.x - wide - gap)
+    sides = [(high.x + gap, level), (low.x - gap - wide, level)]
+    above = [(upright, high.y + gap), (upright, low.y - gap - tall)]
+    for x, y in sides + above if high.x - low.x > 4.0 * (high.y - low.y) else above + sides:
+        if min(x, y) >= 0.0 and x + wide <= screen.x and y + tall <= screen.y:
+            imgui.set_next_window_pos(ImVec2(x, y))
+            return
+
+
+def explain(text: str) -> None:
+    """A tooltip of the item just drawn, next to it."""
+    if text and imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
+        beside(text.split("\n"))
+        imgui.set_tooltip(text)
+
+
 def number(label: str, value: float, bounds: tuple[float, float], step: float, form: str, tip: str,
            width: float = 4.6, indent: float = 0.0) -> float:
     """Draw a field after its dim label; returns the value, within its bounds.
@@ -31,7 +57,7 @@ def number(label: str, value: float, bounds: tuple[float, float], step: float, f
     imgui.same_line(theme.em(indent), 0.0 if indent else theme.em(0.4))
     imgui.set_next_item_width(theme.em(width))
     _, value = imgui.drag_float(f"###{label}", value, step, *bounds, form, imgui.SliderFlags_.always_clamp)
-    imgui.set_item_tooltip(f"{tip}\nDrag sideways, Alt for fine steps; double-click to type")
+    explain(f"{tip}\nDrag sideways, Alt for fine steps; double-click to type")
     return float(value)
 
 
@@ -66,7 +92,7 @@ def toggles(label: str, names: Mapping[Key, str], value: Key, tips: Mapping[Key,
         if imgui.button(f"{name}###{label} {key}"):
             value = key
         imgui.pop_style_color(2)
-        imgui.set_item_tooltip(tips[key])
+        explain(tips[key])
     return value
 
 
@@ -97,7 +123,7 @@ def one_of(title: str, names: dict[str, str], tips: dict[str, str], current: str
     for key, name in names.items():
         if radio(name, key == current):
             current = key
-        imgui.set_item_tooltip(tips[key])
+        explain(tips[key])
     return current
 
 
@@ -120,7 +146,7 @@ def padlock(name: str, locked: set[str], corner: ImVec2) -> None:
     if imgui.invisible_button(f"Lock {name}", ImVec2(theme.em(1.0), line)):
         locked ^= {name}
     ink = colour.text if imgui.is_item_hovered() else colour.strong if is_locked else colour.faint
-    imgui.set_item_tooltip(f"Locked: another lens keeps {LEAVES[name]}" if is_locked else
+    explain(f"Locked: another lens keeps {LEAVES[name]}" if is_locked else
                            f"Another lens {TAKES[name]}. Click to keep {LEAVES[name]} instead")
     theme.small()
     icon = icons_fontawesome_6.ICON_FA_LOCK if is_locked else icons_fontawesome_6.ICON_FA_LOCK_OPEN
@@ -148,6 +174,8 @@ def warning(text: str, width: float = 0.0) -> None:
 
 def wrapped_tooltip(lines: Iterable[str], width: float = 30.0) -> None:
     """A tooltip whose lines are wrapped at a width in em."""
+    lines = list(lines)
+    beside(lines, width)
     if imgui.begin_tooltip():
         imgui.push_text_wrap_pos(theme.em(width))
         for line in lines:
@@ -210,7 +238,7 @@ def drop_list(label: str, text: str, tooltip: str, content: Callable[[], None], 
         content()
         imgui.end_combo()
     else:
-        imgui.set_item_tooltip(tooltip)
+        explain(tooltip)
     angle(corner, width)
 
 

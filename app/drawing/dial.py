@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import beside
 from lensbench.app.drawing.recorded import Recorded
 from lensbench.app.settings.dial_scales import Scale, figures_that_fit
 
@@ -154,6 +155,7 @@ def _explain(tooltip: str, scale: Scale) -> None:
         lines[0] = "Click or wheel for the engraved stops, drag for any value, Ctrl-click to type"
     if scale.reset is not None:
         lines.append(f"Double click: back to {scale.format(scale.reset)}")
+    beside([tooltip, *lines], 24.0)
     if imgui.begin_tooltip():
         imgui.push_text_wrap_pos(theme.em(24))
         imgui.text_unformatted(tooltip)

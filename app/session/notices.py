@@ -1,6 +1,7 @@
 """What the window tells its user, and the requests of panels, menus and keys."""
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from enum import Enum, auto
 
@@ -13,13 +14,17 @@ class NoticeKind(Enum):
     DONE = "done"               # a success
 
 
+SECONDS = {NoticeKind.NOTE: 20.0, NoticeKind.DONE: 8.0}     # that they stay in sight; an error stays until dismissed
+
+
 @dataclass(frozen=True)
 class Notice:
     """One sentence.
 
     lens: the setting of the lens that it is about. file: the file that cannot be read. "" for none.
     change: it is about the change of settings in the frame in which it is said. step: of the history, that this change
-    made; 0 until that frame ends.
+    made; 0 until that frame ends. about: the kind of work that it reports, whose next report replaces it; "" for none.
+    seen: seconds that it was in sight.
     """
 
     text: str
@@ -28,6 +33,8 @@ class Notice:
     file: str = ""
     change: bool = False
     step: int = 0
+    about: str = ""
+    seen: float = 0.0
 
 
 class Notices:
@@ -45,8 +52,8 @@ class Notices:
         return [notice.text for notice in self._all]
 
     def say(self, notice: Notice) -> None:
-        """Add a notice; one that is there already becomes the newest."""
-        self.forget(lambda other: other.text == notice.text)
+        """Add a notice, instead of one with its text and of those about its kind of work."""
+        self.forget(lambda other: other.text == notice.text or other.about == notice.about != "")
         self._all.append(notice)
 
     def errors(self) -> list[Notice]:
@@ -60,6 +67,12 @@ class Notices:
     def forget(self, which: Callable[[Notice], bool] = lambda notice: True) -> None:
         """Dismiss the notices for which `which` is true; by default all."""
         self._all = [notice for notice in self._all if not which(notice)]
+
+    def pass_time(self, shown: Collection[Notice], seconds: float) -> None:
+        """Count the seconds that some were in sight, and dismiss those whose time is over."""
+        self._all = [replace(notice, seen=notice.seen + seconds) if notice in shown else notice
+                     for notice in self._all]
+        self.forget(lambda notice: notice.seen > SECONDS.get(notice.kind, math.inf))
 
     def follow(self, lens: str, step: int) -> None:
         """At a frame's end, dismiss what is about another lens, or about a change that undo has taken back."""

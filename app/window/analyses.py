@@ -76,9 +76,9 @@ class Analyses:
         if self._saving is not None and self._saving.done:
             task, self._saving = self._saving, None
             if task.error is None:
-                self._window.view.say(f"Plot saved as {self._path.name}", done=True)
+                self._window.view.say(f"Plot saved as {self._path.name}", done=True, about="plot")
             else:
-                self._window.view.say(task.message)
+                self._window.view.say(task.message, about="plot")
 
     def follow(self, settings: Settings) -> None:
         """Call it at the end of each frame, with the settings that the panels will show in the next one.

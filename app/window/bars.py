@@ -10,7 +10,7 @@ from lensbench.app.bench.build import design
 from lensbench.app.bench.lens_choice import TRIALS
 from lensbench.app.display.frame import View
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import paragraph
+from lensbench.app.drawing.controls import explain, paragraph
 from lensbench.app.panels.action_names import COMPARISON, DIALS, key_of
 from lensbench.app.panels.controls.controls import lens_name
 from lensbench.app.panels.snapshots import task_progress
@@ -28,6 +28,7 @@ from lensbench.app.workers.task import Task
 from lensbench.core.text import fixed, significant
 
 SHEET = "Keys and mouse"
+REST = "More of the render popup"
 GESTURES = (                    # of the mouse, for the sheet of keys
     ("Click in the picture", "focus there"),
     ("Drag · wheel", "orbit about the point in focus · dolly"),
@@ -180,10 +181,11 @@ def _keys(title: str, rows: Sequence[tuple[str, str]]) -> None:
 
 
 def status_bar(settings: Settings, update: RenderUpdate | None, view: View, drawn_by: str = "",
-               background: Task | None = None) -> None:
+               background: Task | None = None, brief: bool = False) -> None:
     """Draw into the bar that hello_imgui has begun.
 
     drawn_by: the software renderer; "": a graphics card draws. background: the export or the opening under way.
+    brief: samples, time and model, with the rest in a popup.
     """
     colour, dot = theme.colours(), theme.em(0.9)
     theme.small()
@@ -201,9 +203,14 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View, draw
         left += min(theme.em(26.0), 0.5 * width) + dot
     summary = choice_summary(update.choice, update.speeds) if update is not None and update.choice is not None else []
     parts = [summary[0] if summary else settings.camera_title, *_progress(update, drawn_by)]
+    rest = [*parts, *summary[1:], _lens(settings)]
+    if brief:
+        model = update.choice.model if summary and update is not None else settings.camera_title
+        parts = [*([parts[1], f"{fixed(update.seconds, 1)} s"] if update is not None else []),
+                 "traced" if model == "trace" else model]
     separator = 2.0 * dot + imgui.calc_text_size("·").x
     needed = sum(imgui.calc_text_size(text).x for text in parts) + separator * len(parts)
-    texts = [_lens(settings)]
+    texts = [] if brief else [_lens(settings)]
     raster = view.links.pixel(settings.film.pixels_x, settings.film.pixels_y)
     if raster is not None and update is not None and update.depth is not None:
         texts.append(_pointed(settings, raster, update, view.links.pinned is not None))
@@ -217,7 +224,7 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View, draw
 
     # From the left: model, samples, speed; of an automatic model also its error, its gain and the refused models
     x = left
-    for i, text in enumerate([*parts, *summary[1:]]):
+    for i, text in enumerate(parts if brief else [*parts, *summary[1:]]):
         if i:
             if right - x < separator + theme.em(3.0):
                 break
@@ -226,7 +233,9 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View, draw
         text = theme.shortened(text, right - x)
         draw.add_text(ImVec2(round(x), y), theme.packed(colour.strong if i == 0 else colour.dim), text)
         x += imgui.calc_text_size(text).x
-    if summary:
+    if brief:
+        _rest(ImVec2(x + dot, y), list(filter(None, rest)))
+    elif summary:
         imgui.set_cursor_screen_pos(ImVec2(left, y))
         imgui.invisible_button("Automatic model", ImVec2(x - left, imgui.get_text_line_height()))
         assert update is not None
@@ -234,6 +243,22 @@ def status_bar(settings: Settings, update: RenderUpdate | None, view: View, draw
     imgui.set_cursor_screen_pos(corner)
     imgui.dummy(ImVec2(1.0, imgui.get_text_line_height()))
     imgui.pop_font()
+
+
+def _rest(corner: ImVec2, lines: list[str]) -> None:
+    """The button of what a brief bar leaves out, and its popup above it."""
+    imgui.set_cursor_screen_pos(corner)
+    imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
+    if imgui.small_button(f"{icons_fontawesome_6.ICON_FA_CARET_RIGHT}###More of the render"):
+        imgui.open_popup(REST)
+    imgui.pop_style_color()
+    explain("Model, speed and lens in full")
+    imgui.set_next_window_pos(ImVec2(imgui.get_item_rect_min().x, imgui.get_item_rect_min().y - theme.em(0.4)),
+                              imgui.Cond_.always, ImVec2(0.0, 1.0))
+    if imgui.begin_popup(REST):
+        for line in lines:
+            imgui.text_unformatted(f"{line[:1].upper()}{line[1:]}")
+        imgui.end_popup()
 
 
 def _progress(update: RenderUpdate | None, drawn_by: str) -> list[str]:

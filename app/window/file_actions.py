@@ -153,8 +153,9 @@ class Files:
                 self._take(self._opened(path, kind, state.history.present), kind)
         except (ValueError, OSError) as error:
             text = str(error) if not isinstance(error, OSError) else f"{path}: {error.strerror or error}"
-            state.view.say(text)
+            state.view.say(text, about="open")
             return
+        state.view.notices.forget(lambda notice: notice.about == "open")
         self._remember(path)
 
     def _take(self, settings: Settings, kind: str) -> None:
@@ -200,7 +201,7 @@ class Files:
         (task, framed), self._loading, self._state.opening = self._loading, None, None
         state = self._state
         if task.error is not None:
-            state.view.say(task.message)
+            state.view.say(task.message, about="open")
         elif task.result is not None:
             current = state.history.present
             state.history.part()
@@ -258,7 +259,7 @@ class Files:
         try:
             saved, remarks = save_document(current, path)
         except (ValueError, OSError) as error:
-            say(str(error))
+            say(str(error), about="lens")
             return
         if saved is current and current.edited:
             say(f"{path.name} does not hold the whole lens: the edits stay unsaved until a .toml file has them",
@@ -267,7 +268,7 @@ class Files:
             state.history.part()
             state.lens_written(saved.lens, saved)
             self._remember(path)
-        say(f"Lens saved as {path.name}", done=True)
+        say(f"Lens saved as {path.name}", done=True, about="lens")
         for remark in remarks:
             say(f"{path.name}: {remark}", note=True)
 
@@ -277,7 +278,7 @@ class Files:
         try:
             copied = save_scene(state.history.present.scene, path)
         except (ValueError, OSError) as error:
-            state.view.say(f"The scene cannot be saved: {error}")
+            state.view.say(f"The scene cannot be saved: {error}", about="scene")
             return
         state.take(replace(state.history.present, scene=str(path)))
         self._remember(path)
@@ -291,9 +292,9 @@ class Files:
         try:
             save_settings(path, self._state.history.present)
         except (ValueError, OSError) as error:
-            self._state.view.say(str(error))
+            self._state.view.say(str(error), about="settings")
         else:
-            self._state.view.say(f"Settings saved as {path.name}", done=True)
+            self._state.view.say(f"Settings saved as {path.name}", done=True, about="settings")
 
     def save_intrinsics(self, path: Path) -> None:
         """Save the camera's intrinsics and pose as JSON."""
@@ -309,9 +310,9 @@ class Files:
             with replacing(path) as file:
                 file.write_text(text + "\n", encoding="utf-8")
         except (ValueError, OSError) as error:
-            self._state.view.say(str(error))
+            self._state.view.say(str(error), about="intrinsics")
         else:
-            self._state.view.say(f"Intrinsics saved as {path.name}", done=True)
+            self._state.view.say(f"Intrinsics saved as {path.name}", done=True, about="intrinsics")
 
     def save_picture(self, path: Path, bits: int = 8) -> None:
         """Save the picture with its current samples, and with its settings."""
@@ -322,11 +323,11 @@ class Files:
             return
         picture = self._state.picture_now()
         if picture is None:
-            self._state.view.say("There is no picture yet", note=True)
+            self._state.view.say("There is no picture yet", note=True, about="picture")
             return
         try:
             save_picture(path, picture[0], picture[1], bits, choice=picture[2])
         except (ValueError, OSError) as error:
-            self._state.view.say(str(error))
+            self._state.view.say(str(error), about="picture")
         else:
-            self._state.view.say(f"Picture saved as {path.name}", done=True)
+            self._state.view.say(f"Picture saved as {path.name}", done=True, about="picture")

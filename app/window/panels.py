@@ -133,6 +133,10 @@ class Panels:
         picture = window.presenter.picture(window.edited, window.view)
         if picture.first:
             picture = replace(picture, plan=tuple(window.compilers.plan()))
+        work = window.light_field.worker.task or self._snapshots.task or (
+            window.export.task if window.export.busy else None)
+        if work is not None and window.presenter.field_picture is None and picture.samples < window.edited.samples:
+            picture = replace(picture, held=f"{work.description[:1].lower()}{work.description[1:]}")
         self._beside_browser()
         window.edited = image_panel(window.edited, picture, window.view)
 
@@ -328,4 +332,5 @@ class Panels:
         presenter = window.presenter
         status_bar(window.edited, presenter.update, window.view,
                    presenter.renderer.split()[0] if presenter.software else "",
-                   window.opening or window.export.task or self._snapshots.task)
+                   window.opening or window.export.task or self._snapshots.task,
+                   window.layout == "Photographer")

@@ -173,7 +173,7 @@ class Session(WindowState):
         self.browsing.draw()
         message = self.export.draw()
         if message is not None:
-            self.view.say(*message)
+            self.view.say(*message, about="export")
         if self.export.wants_current is not None:
             self.files.save_picture(*self.export.wants_current)
             self.export.wants_current = None

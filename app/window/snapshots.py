@@ -274,7 +274,7 @@ class Snapshots:
     def _keep(self) -> None:
         picture = self._window.picture_now()
         if picture is None:
-            self._window.view.say("There is no picture yet", note=True)
+            self._window.view.say("There is no picture yet", note=True, about="picture")
             return
         image, settings, _ = picture
         self._load().join()                     # reading it later would forget this one
@@ -325,7 +325,7 @@ class Snapshots:
     def _copy_current(self) -> None:
         picture = self._window.picture_now()
         if picture is None:
-            self._window.view.say("There is no picture yet", note=True)
+            self._window.view.say("There is no picture yet", note=True, about="picture")
             return
 
         def work(_: Task[None]) -> None:

@@ -89,7 +89,7 @@ class LightFieldWorker:
 
     def record(self, settings: Settings, views: tuple[int, int], moments: int = 1) -> None:
         """Capture views through the lens, with the pixels and samples of the settings."""
-        self._record("Recording", settings, lambda camera, scene, settings, progress: Recording(
+        self._record("Recording the light field", settings, lambda camera, scene, settings, progress: Recording(
             lb.capture_light_field(camera, scene, views, settings.samples, settings.seed, progress=progress,
                                    moments=moments), settings))
 
@@ -100,11 +100,11 @@ class LightFieldWorker:
                                                                       progress=progress)
             return Recording(raw.decoded(), settings, raw)
 
-        self._record("Exposing", settings, work)
+        self._record("Recording the light field", settings, work)
 
     def record_array(self, settings: Settings, views: tuple[int, int], spacing: float) -> None:
         """Capture views by an array of pinholes, `spacing` mm apart."""
-        self._record("Recording", settings, lambda camera, scene, settings, progress: ArrayRecording(
+        self._record("Recording the light field", settings, lambda camera, scene, settings, progress: ArrayRecording(
             lb.capture_lumigraph(camera, scene, views, spacing, samples=settings.samples, seed=settings.seed,
                                  progress=progress), settings))
 

@@ -151,16 +151,19 @@ def _conditions(figure: Figure, width: float, low: bool) -> None:
     """Conditions and remarks below the figure, whole in a tooltip; in one line of a `low` panel."""
     conditions, remarks = figure.conditions.split(" · "), [sentence(remark) for remark in figure.remarks]
     if low and remarks:
-        _line(f"{figure.conditions} · {'; '.join(figure.remarks)}", [*conditions, *remarks], width)
+        _line([*conditions, *remarks], width)
         return
-    _line(figure.conditions, conditions, width)
+    _line(conditions, width)
     if remarks:
-        _line(sentence("; ".join(figure.remarks)), remarks, width)
+        _line(remarks, width)
 
 
-def _line(words: str, parts: list[str], width: float) -> None:
-    """One line of words, cut where it ends; the parts below each other in its tooltip."""
-    imgui.text_disabled(theme.shortened(words, width))
+def _line(parts: list[str], width: float) -> None:
+    """As many whole parts as one line has room for; all of them below each other in its tooltip."""
+    counts = range(len(parts), 0, -1)
+    lines = (" · ".join(parts[:count]) + (" · …" if count < len(parts) else "") for count in counts)
+    imgui.text_disabled(next((line for line in lines if imgui.calc_text_size(line).x <= width),
+                             theme.shortened(parts[0], width)))
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         wrapped_tooltip(parts)
 

@@ -21,7 +21,7 @@ from lensbench.app.bench.framing import (
 )
 from lensbench.app.bench.lens_choice import FILM, FOCUS
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import angle, check_box, drop_list, padlock, picked
+from lensbench.app.drawing.controls import angle, check_box, drop_list, explain, padlock, picked
 from lensbench.app.panels.controls import popups
 from lensbench.app.panels.controls.dials import dial_count, dials
 from lensbench.app.panels.controls.popups import can_disperse, dispersion_popup, focus_popup
@@ -115,7 +115,7 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
         if imgui.button(f"{name}###{name}"):
             imgui.open_popup(name)
         imgui.pop_style_color(2)
-        imgui.set_item_tooltip(tip)
+        explain(tip)
         # Over the column, so that the picture stays in sight; over the buttons where there is too little room above
         width, above = imgui.get_window_width(), imgui.get_item_rect_min().y
         room = max(above, min(chooser.heights.get(name, 0.0), imgui.get_main_viewport().size.y), theme.em(8.0))
@@ -169,8 +169,7 @@ def _lens(settings: Settings, chooser: Chooser) -> None:
     imgui.pop_style_var()
     tip = "The lens: a design of the library, or a file of your own. A click opens the browser (L)\n" \
           "A file can also be dropped on the window"
-    imgui.set_item_tooltip(tip if used else f"{tip}\nThis camera has none: choosing one changes the camera to one with "
-                                            "a lens")
+    explain(tip if used else f"{tip}\nThis camera has none: choosing one changes the camera to one with a lens")
     angle(corner, room)
 
 

@@ -13,7 +13,7 @@ from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.exposure import METERED, MODES, AppliedExposure, exposure_text, mode_of, with_mode
 from lensbench.app.display.frame import View
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import toggles
+from lensbench.app.drawing.controls import explain, toggles
 from lensbench.app.drawing.dial import dial
 from lensbench.app.settings import dial_scales
 from lensbench.app.settings.dial_scales import Scale
@@ -100,7 +100,7 @@ def _modes(mode: str, width: float) -> str:
         return toggles("Mode", names, mode, tips, 0.0)
     if imgui.button(f"{MODES[mode][0] if mode in ('off', 'I') else mode}###Mode list"):
         imgui.open_popup("Modes")
-    imgui.set_item_tooltip(tips[mode])
+    explain(tips[mode])
     lower = imgui.get_item_rect_min().x, imgui.get_item_rect_max().y
     imgui.set_next_window_pos(ImVec2(*lower), imgui.Cond_.appearing)
     if imgui.begin_popup("Modes"):
@@ -165,7 +165,7 @@ def _shown(settings: Settings, value: Value) -> Settings:
         notes = ["The meter sets it in this mode; setting it by hand changes to M"]
     elif value.idle:
         notes.append("In the mode “As it is” it does not change the brightness")
-    imgui.set_item_tooltip("\n".join([value.tip, *notes]))
+    explain("\n".join([value.tip, *notes]))
     turned = value.value
     if imgui.is_item_hovered():
         imgui.set_item_key_owner(imgui.Key.mouse_wheel_y)
@@ -194,7 +194,7 @@ def _meter(settings: Settings, mode: str, applied: AppliedExposure | None, off: 
         lines.append(exposure_text(applied))
     if off is not None and mode in METERED and abs(off - settings.exposure) > 0.3:
         lines.append("The range of f-numbers or times ends before the meter's choice")
-    imgui.set_item_tooltip("\n".join(lines))
+    explain("\n".join(lines))
     ev = f"EV {fixed(applied.triangle.ev100, 1)}" if applied is not None and applied.triangle is not None else ""
     theme.small()
     room = imgui.calc_text_size("EV −10.0").x + theme.em(0.4) if wide >= theme.em(METER_WIDTH) else 0.0

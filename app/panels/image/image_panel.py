@@ -21,7 +21,8 @@ from lensbench.app.panels.image.camera_strip import camera_strip
 from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
 from lensbench.app.panels.image.notices import draw_notices, draw_trials, look_around
 from lensbench.app.panels.image.overlays import (
-    STEPS, draw_cross, draw_fates, draw_histogram, draw_legend, draw_magnifier, draw_mark, draw_note, draw_pointed
+    STEPS, above_plates, draw_cross, draw_fates, draw_histogram, draw_legend, draw_magnifier, draw_mark, draw_note,
+    draw_pointed
 )
 from lensbench.app.panels.image.toolbar import picture_tools
 from lensbench.app.settings.settings import Settings
@@ -33,6 +34,7 @@ TURN = math.radians(0.25)       # of an orbit, per such pixel
 DOLLY = 0.06                    # of the distance to the pivot, per click of the wheel
 ZOOMS = (0.1, 16.0)
 MARGIN = 6.0                    # pixels at a scale of 1, about a picture that fits
+DIM_AFTER, DIMMED = 0.2, 0.5    # seconds of waiting for another lens or scene, and by how much its picture is dimmed
 SLOW = 0.5                      # seconds without a picture, after which a note appears
 
 
@@ -131,7 +133,6 @@ def _pinned_alone(picture: Picture, settings: Settings, view: View, corner: ImVe
 
 
 def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, room: ImVec2) -> Settings:
-    pixel = theme.scale()
     draw = imgui.get_window_draw_list()
     imgui.set_cursor_screen_pos(corner)
     if picture.pinned is not None and settings.compare == "wipe":      # an item under others needs a frame of hovering
@@ -139,7 +140,7 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     imgui.invisible_button("Picture", room, imgui.ButtonFlags_.mouse_button_left | imgui.ButtonFlags_.mouse_button_right
                            | imgui.ButtonFlags_.mouse_button_middle)
     if not picture.texture:
-        _progress(picture, corner, room)
+        _progress(picture, view, corner, room)
         return settings
 
     if picture.around and view.look is not None:
@@ -156,6 +157,9 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     draw.add_image(imgui.ImTextureRef(picture.texture), upper, lower)
     view.covered = (max(upper.x, corner.x), max(upper.y, corner.y), max(min(lower.x, end.x), corner.x),
                     max(min(lower.y, end.y), corner.y))
+    dim = min(max((picture.waiting - DIM_AFTER) / DIM_AFTER, 0.0), 1.0) if picture.other else 0.0
+    if dim:
+        draw.add_rect_filled(upper, lower, theme.packed(theme.colours().ground, DIMMED * dim))
 
     # The mouse
     mouse = imgui.get_mouse_pos()
@@ -170,7 +174,8 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     if picture.recorded is None:
         draw_pointed(draw, view.links, (x0, y0, extent.x / width, extent.y / height), size)
     if view.mark is not None and view.mark.holds(settings) and not picture.recorded:
-        draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x, y0 + view.mark.y * extent.y))
+        view.plates.append(draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x,
+                                                            y0 + view.mark.y * extent.y)))
     if picture.recorded is not None and view.cross is not None:
         at_x, at_y = ((index + 0.5) / size for index, size in zip(view.cross, picture.size, strict=True))
         draw_cross(draw, ImVec2(x0 + at_x * extent.x, y0 + at_y * extent.y), (upper.x, lower.x) if view.line else None)
@@ -185,10 +190,11 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
         if light is not None:
             draw_magnifier(draw, light, position, view.magnifier, (corner, end))
     draw.pop_clip_rect()
-    if picture.waiting > SLOW:
-        _progress(picture, corner, room)
-    if picture.paused:
-        draw_note(draw, ImVec2(max(upper.x, corner.x) + 14 * pixel, max(upper.y, corner.y) + 12 * pixel), "Paused")
+    if picture.paused or picture.held:
+        _say_below(draw, view, ImVec2(max(upper.x, corner.x), min(lower.y, end.y)),
+                   f"Paused: {picture.held}" if picture.held else "Paused")
+    elif picture.waiting > SLOW:
+        view.plates.append(_progress(picture, view, corner, room))
     return settings
 
 
@@ -210,12 +216,13 @@ def _below(draw: imgui.ImDrawList, settings: Settings, picture: Picture, view: V
 
 
 def _say_below(draw: imgui.ImDrawList, view: View, corner: ImVec2, text: str) -> None:
-    """A note above the picture's lower left corner."""
+    """A note above the picture's lower left corner, and above those that are there."""
     if text:
         theme.small()
-        origin = ImVec2(corner.x + 14.0 * theme.scale(),
-                       corner.y - 12.0 * theme.scale() - imgui.get_text_line_height())
-        view.plates.append(draw_note(draw, origin, text))
+        size, left, pad = imgui.calc_text_size(text), corner.x + 14.0 * theme.scale(), 6.0 * theme.scale()
+        bottom = above_plates(view.plates, left - pad, left + size.x + pad, corner.y - 9.0 * theme.scale(),
+                              size.y + pad)
+        view.plates.append(draw_note(draw, ImVec2(left, bottom - 0.5 * pad - size.y), text))
         imgui.pop_font()
 
 
@@ -335,10 +342,10 @@ def focused_by_click(settings: Settings, picture: Picture, view: View) -> Settin
 # Progress over the picture
 
 
-def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
-    """A note that a picture is being prepared, after a short wait."""
+def _progress(picture: Picture, view: View, corner: ImVec2, room: ImVec2) -> Box:
+    """A note that a picture is being prepared, after a short wait, where no other words stand; its box."""
     if picture.waiting < (0.15 if picture.first else SLOW):
-        return
+        return 0.0, 0.0, 0.0, 0.0
     pixel, colour, draw = theme.scale(), theme.colours(), imgui.get_window_draw_list()
     text, done, count = "Preparing the picture", 0, 0
     if picture.plan:
@@ -349,10 +356,14 @@ def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
     width = max(size.x, theme.em(14.0))
     pad = round(theme.em(0.9))
     left, top = round(corner.x + 0.5 * (room.x - width)), round(corner.y + 0.5 * room.y - size.y)
-    if not picture.first:               # the picture before is in sight: off its subject, at the lower edge
-        top = round(corner.y + room.y - size.y - theme.em(0.9) - pad - theme.em(1.2))
-    draw.add_rect_filled(ImVec2(left - pad, top - pad), ImVec2(left + width + pad, top + size.y + theme.em(0.9) + pad),
-                         theme.packed(colour.popup, 0.92), 4.0 * pixel)
+    high = size.y + theme.em(0.9) + 2.0 * pad
+    if picture.first:                   # below the notices
+        top = max(top, round(corner.y + theme.em(3.4) + pad)) if len(view.notices) else top
+    else:                               # the picture before is in sight: off its subject, at the lower edge
+        bottom = corner.y + room.y - theme.em(1.2)
+        top = round(above_plates(view.plates, left - pad, left + width + pad, bottom, high) - high + pad)
+    box = left - pad, top - pad, left + width + pad, top - pad + high
+    draw.add_rect_filled(ImVec2(*box[:2]), ImVec2(*box[2:]), theme.packed(colour.popup, 0.92), 4.0 * pixel)
     draw.add_text(ImVec2(round(left + 0.5 * (width - size.x)), top), theme.packed(colour.text), text)
     y, thick = top + size.y + round(theme.em(0.55)), round(3.0 * pixel)
     draw.add_rect_filled(ImVec2(left, y), ImVec2(left + width, y + thick), theme.packed(colour.frame), 1.5 * pixel)
@@ -361,3 +372,4 @@ def _progress(picture: Picture, corner: ImVec2, room: ImVec2) -> None:
         begin, task = left, done / count
     draw.add_rect_filled(ImVec2(begin, y), ImVec2(begin + task * width, y + thick), theme.packed(colour.text),
                          1.5 * pixel)
+    return box

@@ -13,7 +13,7 @@ from lensbench.app.bench.pose import LookAround
 from lensbench.app.display.frame import Picture, View
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import two_lines, wrapped_tooltip
-from lensbench.app.panels.image.overlays import draw_note
+from lensbench.app.panels.image.overlays import above_plates, draw_note
 from lensbench.app.session.notices import Notice, NoticeKind, Notices
 from lensbench.app.settings.settings import Settings
 from lensbench.core.text import fixed
@@ -37,10 +37,8 @@ def draw_trials(settings: Settings, view: View, corner: ImVec2, room: ImVec2) ->
     size = ImVec2(inner + 2.0 * style.window_padding.x, imgui.get_frame_height() + 10.0 * pixel)
     if size.x > room.x:             # next to the lens browser of a small window: it would be cut off
         return settings
-    left, bottom = round(corner.x + max(0.5 * (room.x - size.x), 0.0)), corner.y + room.y - 12.0 * pixel
-    for x0, y0, x1, y1 in sorted(view.plates, key=lambda plate: -plate[3]):        # the lowest first
-        if x0 < left + size.x and left < x1 and y0 < bottom and bottom - size.y < y1:
-            bottom = y0 - 6.0 * pixel
+    left = round(corner.x + max(0.5 * (room.x - size.x), 0.0))
+    bottom = above_plates(view.plates, left, left + size.x, corner.y + room.y - 12.0 * pixel, size.y)
     imgui.set_cursor_screen_pos(ImVec2(left, round(bottom - size.y)))
     imgui.push_style_color(imgui.Col_.child_bg, ImVec4(*theme.colours().popup[:3], 0.94))
     imgui.push_style_var(imgui.StyleVar_.child_rounding, 4.0 * pixel)
@@ -107,6 +105,7 @@ def _height(pitch: float) -> str:
 ICONS = {NoticeKind.ERROR: fa.ICON_FA_TRIANGLE_EXCLAMATION, NoticeKind.NOTE: fa.ICON_FA_CIRCLE_INFO,
          NoticeKind.DONE: fa.ICON_FA_CHECK}
 LIST = "All notices"
+LONGEST_FRAME = 0.6             # seconds of a frame that count as reading time: the window at rest draws two a second
 LONGEST_PATH = 48               # characters of a path that are shown where the text has no room
 WIDEST_LIST, HIGHEST_LIST = 38.0, 20.0          # em
 
@@ -152,6 +151,9 @@ def draw_notices(notices: Notices, corner: ImVec2, room: ImVec2) -> None:
     imgui.end_child()
     imgui.pop_style_var(2)
     imgui.pop_style_color()
+    hovered = imgui.is_mouse_hovering_rect(imgui.get_item_rect_min(), imgui.get_item_rect_max())
+    if not hovered and not imgui.is_popup_open(LIST, imgui.PopupFlags_.any_popup):
+        notices.pass_time(shown, min(imgui.get_io().delta_time, LONGEST_FRAME))
 
 
 def _fitting(notice: Notice, room: float) -> str:

@@ -135,8 +135,8 @@ def _number(value: float) -> str:
     return true_minus(significant(value, 3 if value < 9.995 else 4))
 
 
-def draw_mark(draw: imgui.ImDrawList, mark: Mark, point: ImVec2) -> None:
-    """Four corners around the focused point, its distance, and why it is not sharp there."""
+def draw_mark(draw: imgui.ImDrawList, mark: Mark, point: ImVec2) -> Box:
+    """Four corners around the focused point, its distance, and why it is not sharp there; the box of all."""
     pixel = theme.scale()
     half, leg = round(16.0 * pixel), round(7.0 * pixel)
     amber, shade = theme.DARK.amber, (0.0, 0.0, 0.0, 0.45)
@@ -156,8 +156,9 @@ def draw_mark(draw: imgui.ImDrawList, mark: Mark, point: ImVec2) -> None:
                              ImVec2(left + size.x + 5 * pixel, top + size.y + 2 * pixel),
                              theme.packed((0.09, 0.075, 0.05, 0.78)), 3.0 * pixel)
         draw.add_text(ImVec2(left, top), theme.packed(theme.DARK.amber_text), text)
-        top += size.y + 3.0 * pixel
+        top, half = top + size.y + 3.0 * pixel, max(half, round(0.5 * size.x + 5.0 * pixel))
     imgui.pop_font()
+    return x - half, y - round(16.0 * pixel), x + half, top
 
 
 def draw_cross(draw: imgui.ImDrawList, point: ImVec2, line: tuple[float, float] | None) -> None:
@@ -204,6 +205,14 @@ def plate(draw: imgui.ImDrawList, box: Box, ink: tuple[float, ...] = (0.07, 0.07
     """A dark plate for words over the picture; its box."""
     draw.add_rect_filled(ImVec2(*box[:2]), ImVec2(*box[2:]), theme.packed(ink), 3.0 * theme.scale())
     return box
+
+
+def above_plates(plates: Sequence[Box], left: float, right: float, bottom: float, height: float) -> float:
+    """The lowest bottom, at most this one, of something so high that touches no plate."""
+    for x0, y0, x1, y1 in sorted(plates, key=lambda box: -box[3]):        # the lowest first
+        if x0 < right and left < x1 and y0 < bottom and bottom - height < y1:
+            bottom = y0 - 6.0 * theme.scale()
+    return bottom
 
 
 def draw_note(draw: imgui.ImDrawList, corner: ImVec2, text: str) -> Box:

@@ -15,7 +15,7 @@ from lensbench.app.bench.constraints import with_longer_side
 from lensbench.app.bench.pose import LookAround
 from lensbench.app.display.frame import Picture, View
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import check_box
+from lensbench.app.drawing.controls import check_box, explain
 from lensbench.app.panels.action_names import ACTION_NAMES, key_of, tip_of
 from lensbench.app.panels.image.overlays import toggle_magnifier
 from lensbench.app.session.notices import Request
@@ -373,7 +373,7 @@ def _button(label: str, tooltip: str, on: bool) -> bool:
     imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if on else colour.dim)))
     clicked = imgui.button(label)
     imgui.pop_style_color(2)
-    imgui.set_item_tooltip(tooltip)
+    explain(tooltip)
     imgui.same_line(0.0, BETWEEN * theme.scale())
     return clicked
 

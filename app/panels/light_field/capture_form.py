@@ -107,7 +107,8 @@ def recording_form(settings: Settings, form: Form, task: Task | None, can_go_bac
                                 "middle of the camera's pupil") or 0.1
     else:
         _microlenses(settings, form)
-    paragraph(f"Takes {fixed(form.bytes(settings) / 1e6, 0, grouped=True)} MB of memory", True)
+    paragraph(f"Takes {fixed(form.bytes(settings) / 1e6, 0, grouped=True)} MB of memory; the picture pauses meanwhile",
+              True)
     if task is not None:
         task_progress(task)
     else:

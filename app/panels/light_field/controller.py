@@ -48,7 +48,7 @@ class LightFieldController:
         view, worker = self._view, self.worker
         worker.collect()
         while worker.messages:                  # other threads add to the same list
-            view.say(*worker.messages.pop(0))
+            view.say(*worker.messages.pop(0), about="light field")
 
         # A changed camera is shown, a new recording too
         if current.picture != self._settings:
@@ -128,9 +128,9 @@ class LightFieldController:
         try:
             save_picture(path, *picture, bits)
         except (ValueError, OSError) as error:
-            self._view.say(str(error))
+            self._view.say(str(error), about="picture")
         else:
-            self._view.say(f"Picture saved as {path.name}", done=True)
+            self._view.say(f"Picture saved as {path.name}", done=True, about="picture")
 
     def _show(self) -> None:
         self._presenter.field_picture = self.field_picture
