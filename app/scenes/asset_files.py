@@ -65,12 +65,16 @@ class Textures:
         self.folder = folder            # resolved
         self._images: dict[Path, lb.Image] = {}
 
-    def read(self, name: str) -> lb.Image:
-        """The image, linear and upright, as `image_of`; SceneError where it cannot be read or is too much."""
+    def read(self, name: str, decoded: Callable[[Path], lb.Image] = lambda path: image_of(read_picture_file(path))
+             ) -> lb.Image:
+        """The image, linear and upright, as `image_of`; SceneError where it cannot be read or is too much.
+
+        decoded: the image of a file; PictureFileError.
+        """
         path = asset_path(name, self.folder, "texture", MOST_BYTES)
         if path not in self._images:
             try:
-                self._images[path] = image_of(read_picture_file(path))
+                self._images[path] = decoded(path)
             except PictureFileError as error:
                 raise lb.SceneError(f"texture {excerpt(name)}: {error}") from error
             self.check()

@@ -144,7 +144,8 @@ def _placed(pieces: list[Piece], images: dict, mm: float, name: str, pose: Pose,
         kind, gloss = ("matte", 1.0) if piece.look.coat is None else ("coat", piece.look.coat)
         own = material or lb.Material(piece.look.colour, kind, gloss, pattern)
         try:
-            meshes.append(lb.Mesh.of(vertices, piece.faces, own, normals=normals, uv=piece.uv, colours=piece.colours,
+            meshes.append(lb.Mesh.of(vertices, piece.faces, own, normals=normals,
+                                    uv=piece.uv if own.pattern is not None else None, colours=piece.colours,
                                     name=Path(name).stem))
         except lb.SceneError as error:
             if "area" not in str(error):

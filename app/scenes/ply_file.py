@@ -18,6 +18,7 @@ TYPES = {"char": "i1", "uchar": "u1", "short": "i2", "ushort": "u2", "int": "i4"
          "double": "f8", "int8": "i1", "uint8": "u1", "int16": "i2", "uint16": "u2", "int32": "i4", "uint32": "u4",
          "float32": "f4", "float64": "f8"}
 COLOURS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
+LINEAR = ("linear_red", "linear_green", "linear_blue")        # of this program's own files: not coded as sRGB
 PLACES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"), ("texture_s", "texture_t"))
 
 
@@ -70,6 +71,7 @@ def read_ply(file: MeshFile) -> Iterator[Piece]:
     triangles, owner = cut_to_triangles(points, corners, lengths)
     uv = next((columns for names in PLACES if (columns := _stacked(vertex, names)) is not None), None)
     colours = next((columns for names in COLOURS if (columns := _stacked(vertex, names)) is not None), None)
+    linear = _stacked(vertex, LINEAR)
     normals = _stacked(vertex, ("nx", "ny", "nz"))
     faces, taken = corners[triangles], np.arange(len(points))
     wedges, number = face.get("texcoord"), np.zeros(len(faces), np.int64)
@@ -91,8 +93,8 @@ def read_ply(file: MeshFile) -> Iterator[Piece]:
     points = points[taken].astype(float)
     normals = None if normals is None else normals[taken]
     if file.plain or not pictures or uv is None:
-        yield Piece(points, faces, Look(GREY if colours is None else WHITE), normals, None,
-                   None if colours is None else coded(colours))
+        yield Piece(points, faces, Look(GREY if colours is None else WHITE), normals, uv if file.plain else None,
+                   linear if colours is None else coded(colours))
         return
     for k in np.unique(number):
         if not 0 <= k < len(pictures):

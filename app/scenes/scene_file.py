@@ -17,7 +17,7 @@ import lensbench as lb
 from lensbench.app.scenes.asset_files import Stamp, Textures, file_stamp, keeps_last_good
 from lensbench.app.scenes.mesh_file import MM, Pose, read_mesh, rotation
 from lensbench.app.scenes.photograph import own_depth_scene, read_photograph
-from lensbench.app.scenes.sky_picture import read_sky
+from lensbench.app.scenes.sky_picture import read_sky, read_texture
 from lensbench.app.scenes.table_values import (
     MOTION, Reader, Say, Table, angle, as_table, as_tables, colour, fields_of, given, length, light, number, numbers,
     only, point, text, truth, unit, vector, within
@@ -147,10 +147,9 @@ def _scene(table: Table, path: Path) -> lb.Scene:
     lists = {kind: as_tables(table, kind) for kind in _SHAPES}
     if sum(map(len, lists.values())) + len(as_tables(table, "mesh")) > MOST_OBJECTS:
         raise lb.SceneError(f"has more than {MOST_OBJECTS} objects")
-    pictured = "image" in as_table(table.get("sky", {}), "sky")
-    if not (any(lists.values()) or table.get("mesh") or "floor" in table or pictured):
+    if not (any(lists.values()) or table.get("mesh") or "floor" in table or "sky" in table):
         known = ", ".join(f"[[{kind}]]" for kind in (*_SHAPES, "mesh"))
-        raise lb.SceneError(f"shows nothing: give it a [floor], a [sky] with an image or one of {known}")
+        raise lb.SceneError(f"shows nothing: give it a [floor], a [sky] or one of {known}")
 
     def material(value: Any, name: str) -> lb.Material:
         """The material of an object: the name of one, or a table."""
@@ -216,7 +215,7 @@ def _sun(t: Table, textures: Textures, say: Say) -> lb.Sun:
 
 def _floor(t: Table, textures: Textures, say: Say) -> lb.Floor:
     def picture(value: Any, name: str) -> lb.Image:
-        return textures.read(text(value, name))
+        return read_texture(text(value, name), textures)
 
     values = fields_of(t, "floor", {
         "texture": picture, "height": length, "tile": length, "light": colour, "dark": colour,
@@ -309,7 +308,7 @@ def _material(value: Any, textures: Textures) -> lb.Material:
     shade = light if t.get("kind") in ("light", "lamp") else colour
 
     def texture(value: Any, name: str) -> lb.Pattern:
-        return lb.Pattern("image", image=textures.read(text(value, name)))
+        return lb.Pattern("image", image=read_texture(text(value, name), textures))
 
     values = fields_of(t, "a material", {"kind": text, "texture": texture, "colour": shade, "gloss": number,
                                         "pattern": partial(_pattern, shade=shade)})

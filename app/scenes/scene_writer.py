@@ -14,8 +14,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import lensbench as lb
 from lensbench.app.scenes.asset_files import own_scenes
 from lensbench.app.scenes.mesh_file import READERS, mesh_files
+from lensbench.app.scenes.scene_file import SHIPPED, find_scene
+from lensbench.app.scenes.scene_values import value_table
 from lensbench.app.scenes.table_values import Table
 from lensbench.lenses.file_error import open_regular, replacing
 
@@ -54,7 +57,8 @@ def scene_text(table: Table) -> str:
 
 
 def _is_table(value: Any) -> bool:
-    return isinstance(value, dict) or isinstance(value, list) and bool(value) and isinstance(value[0], dict)
+    return isinstance(value, dict) or isinstance(value, list) and bool(value) and all(
+        isinstance(row, dict) for row in value)
 
 
 def read_table(path: str | Path) -> Table:
@@ -64,7 +68,11 @@ def read_table(path: str | Path) -> Table:
 
 
 def scene_table(name: str) -> Table:
-    """The table of a scene file, with the whole paths of the files that it names; OSError, ValueError."""
+    """The table of a scene, with the whole paths of the files that it names; OSError, ValueError."""
+    if name in lb.SCENES:
+        if not (shipped := SHIPPED / f"{name}.toml").is_file():
+            return value_table(find_scene(name))
+        name = str(shipped)
     return _renamed(read_table(name), lambda text: str((Path(name).parent / text).resolve()))
 
 
@@ -102,20 +110,21 @@ def save_scene(name: str, path: Path) -> list[str]:
     Files in the folder of the new file or below are named as they are; others are copied into a folder next to it.
     OSError, ValueError where the scene cannot be read, or a file cannot be copied.
     """
-    folder, copied = path.parent.resolve(), list[str]()
+    folder, own, copied = path.parent.resolve(), own_scenes(), list[str]()
 
     def placed(text: str) -> str:
         asset = Path(text)
         if asset.is_relative_to(folder):
             return asset.relative_to(folder).as_posix()
         inner = Path(f"{path.stem} files")
+        place = asset.relative_to(own) if asset.is_relative_to(own) else Path(asset.name)
         for file in (asset, *(mesh_files(asset) if asset.suffix[1:].lower() in READERS else ())):
-            place = (folder / inner / file.relative_to(asset.parent))
-            place.parent.mkdir(parents=True, exist_ok=True)
-            with replacing(place) as partial:
+            copy = folder / inner / place.parent / file.relative_to(asset.parent)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            with replacing(copy) as partial:
                 shutil.copyfile(file, partial)
             copied.append(file.name)
-        return (inner / asset.name).as_posix()
+        return (inner / place).as_posix()
 
     text = scene_text(_renamed(scene_table(name), placed))
     with replacing(path) as partial:

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 import lensbench as lb
-from lensbench.app.scenes.asset_files import BAND, MOST_BYTES, TEXTURE_TEXELS, Textures, asset_path
+from lensbench.app.scenes.asset_files import BAND, MOST_BYTES, TEXTURE_TEXELS, Textures, asset_path, image_of
 from lensbench.app.scenes.table_values import Say
 from lensbench.core.kernels.cache import njit
 from lensbench.core.text import excerpt, significant
 from lensbench.lenses.file_error import open_regular
-from lensbench.lenses.picture_file import MOST_PIXELS
+from lensbench.lenses.picture_file import MOST_PIXELS, PictureFileError, read_picture_file
 
 LONGEST_HEADER = 1 << 16
 
@@ -130,6 +130,24 @@ def read_sky(name: str, folder: Path, say: Say) -> lb.Image:
     return _checked(lb.Image(width, height, _light(channels, name, say)), name)
 
 
+def read_texture(name: str, textures: Textures) -> lb.Image:
+    """A texture of a scene, linear: OpenEXR, or a picture as `Textures` reads it; SceneError in one line."""
+    def decoded(path: Path) -> lb.Image:
+        with open_regular(path) as file:
+            is_exr = file.read(4) == EXR
+        if not is_exr:
+            return image_of(read_picture_file(path))
+        try:
+            light = np.stack(read_exr(path), -1).astype(np.float32)
+        except (HdrError, MemoryError) as error:
+            raise PictureFileError(str(error) or "it does not fit into memory") from error
+        if not (np.isfinite(light).all() and light.min() >= 0.0):
+            raise PictureFileError("it has pixels that are negative or not finite")
+        return lb.Image.of(light)
+
+    return textures.read(name, decoded)
+
+
 def _light(channels: list[np.ndarray], name: str, say: Say) -> bytes:
     """The radiance of three channels (h, w), interleaved, float32, none negative and all finite."""
     most = max(float(channel.max(where=np.isfinite(channel), initial=0.0)) for channel in channels)
@@ -187,3 +205,11 @@ def read_exr(path: Path, channels: tuple[tuple[str, ...], ...] = CHANNELS) -> tu
             return arrays
     sets = [", ".join(dict.fromkeys(names)) for names in channels]
     raise HdrError(f"it has the channels {excerpt(', '.join(pixels))}, and neither {' nor '.join(sets)}: rename them")
+
+
+def write_exr(path: Path, image: lb.Image) -> None:
+    """Write an image as OpenEXR of 32 bits."""
+    import OpenEXR
+
+    channels = {name: image.values[..., k].copy() for k, name in enumerate("RGB")}
+    OpenEXR.File({"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}, channels).write(str(path))
