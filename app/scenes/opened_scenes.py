@@ -13,6 +13,7 @@ import lensbench as lb
 from lensbench.app.scenes.mesh_file import MM, Pose, read_mesh, rotation
 from lensbench.app.scenes.photograph import carries_depth, read_phone_photograph, stated_fov
 from lensbench.app.scenes.scene_writer import scene_table
+from lensbench.app.scenes.sky_picture import read_sky
 from lensbench.app.scenes.table_values import Table
 from lensbench.lenses.picture_file import read_picture_file
 
@@ -98,16 +99,26 @@ BALLS: list[Table] = [
                             (230.0, "glass", [1.0, 1.0, 1.0]))]
 
 
+def metered(path: Path) -> float:
+    """Stops by which a picture of the sky lights a white floor above a radiance of 1; SceneError."""
+    values = read_sky(path.name, path.parent, lambda _: None).values
+    sines = np.cos(math.pi * (np.arange(len(values)) + 0.5) / len(values))
+    weights = np.maximum(sines, 0.0) * np.sqrt(1.0 - sines**2)
+    mean = float(np.average(values.mean((1, 2), dtype=np.float64), weights=weights))
+    return float(f"{math.log2(max(mean, 1e-4)):.2g}")
+
+
 def sky_table(path: Path, base: str = "", turn: float = 0.0, brightness: float = 1.0) -> Table:
     """What stands in the scene `base`, or balls without one, under a picture of all directions, which alone lights it.
 
     SceneFileError, OSError where the base cannot be read.
     """
     sky = {"image": str(path), "turn": turn, "brightness": brightness}
+    light = {"sky": sky, "exposure": -metered(path)}
     if base:
         unlit = {key: value for key, value in scene_table(base).items() if key not in ("sun", "ambient", "enclosed")}
-        return {**unlit, "sky": sky}
-    return {"name": path.stem, "subject": [1500.0, 480.0], "depth_range": [600.0, 6000.0], "sky": sky,
+        return {**unlit, "name": f"{str(unlit.get('name', Path(base).stem)).split(' under ')[0]} under {path.stem}", **light}
+    return {"name": path.stem, **light, "subject": [1500.0, 480.0], "depth_range": [600.0, 6000.0],
             "floor": {"height": -100.0, "light": [0.35, 0.34, 0.33], "dark": [0.35, 0.34, 0.33]}, "sphere": BALLS}
 
 

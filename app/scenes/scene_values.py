@@ -27,7 +27,10 @@ VERTEX = (("vertices", "x y z"), ("normals", "nx ny nz"), ("uv", "s t"),
 
 def value_table(scene: lb.Scene) -> Table:
     """The table of a scene file that shows a scene; OSError where its files cannot be written."""
-    table = _fields(scene, {"notes", *(family.field for family in FAMILIES.values())})
+    table = _fields(scene, {"notes", "framings", *(family.field for family in FAMILIES.values())})
+    if scene.framings:
+        table["framing"] = {name: {"centre": _plain(centre, float), "height": float(height)}
+                            for name, centre, height in scene.framings}
     for shape in scene.objects:
         kind = type(shape).__name__.lower()
         row = _mesh(shape) if isinstance(shape, lb.Mesh) else _fields(shape)

@@ -20,7 +20,7 @@ from lensbench.app.panels.controls.controls import lens_title, scene_title
 from lensbench.app.scenes.opened_scenes import is_balls
 from lensbench.app.scenes.photograph import carries_depth
 from lensbench.app.scenes.scene_file import cached_scene
-from lensbench.app.scenes.scene_writer import own_scene, save_scene, scene_table
+from lensbench.app.scenes.scene_writer import is_own, own_scene, save_scene, scene_table
 from lensbench.app.session.contact_sheet import SUFFIXES as SHEETS
 from lensbench.app.session.edited_lens import can_save_in_place, save_document
 from lensbench.app.session.file_kinds import PHOTOGRAPHS, SUFFIXES as OPENED, file_kind
@@ -29,7 +29,7 @@ from lensbench.app.session.snapshots import cleaned
 from lensbench.app.settings.settings import Settings
 from lensbench.app.window.analyses import Analyses
 from lensbench.app.window.dialogs import ExportDialog, FilePrompt, Question
-from lensbench.app.window.scene_form import Mesh, Opened, Photograph, SceneForm, Sky, same_size
+from lensbench.app.window.scene_form import Mesh, Opened, Photograph, SceneForm, Sky
 from lensbench.app.window.state import WindowState
 from lensbench.app.workers.task import Task
 from lensbench.lenses import WRITERS
@@ -37,6 +37,7 @@ from lensbench.lenses.stop_picture import SUFFIXES
 
 RECENT = 8                      # files that are remembered
 SAVED = (".png", ".exr", ".ppm", ".pfm")
+STAND = ("position", "yaw", "pitch", "focus_distance")      # of the camera
 QUESTIONS = {
     Request.OPEN: Question("Open", "Lenses, scenes, meshes, skies, photographs, settings, light fields", OPENED),
     Request.CHOOSE_DEPTH: Question("Choose the depth map", "Depth maps", (".exr", *PHOTOGRAPHS)),
@@ -67,7 +68,6 @@ class Files:
         self._state, self._export, self._analyses = state, export, analyses
         self.prompt = FilePrompt()
         self.form = SceneForm(state, self.show)
-        self._loading: tuple[Task[str], bool] | None = None     # of the path of a scene, and whether it is framed anew
 
     def ask(self, request: Request) -> None:
         """Ask for the file of a request, one of QUESTIONS; a lens is to be saved under its own name."""
@@ -138,7 +138,7 @@ class Files:
             if kind == "light field":
                 state.light_field.worker.open(path)
             elif kind == "scene":
-                self._load(path.name, lambda: str(path), True)
+                self._load(path.name, lambda: str(path))
             elif kind == "mesh":
                 self.show(Mesh(path))
             elif kind == "sky":
@@ -177,37 +177,46 @@ class Files:
 
     def show(self, opened: Opened) -> None:
         """Show a mesh, a sky or a photograph in a scene of its own, and the form with its values."""
-        before = self._state.history.present.scene
-        framed = not self.form.visible or isinstance(opened, Mesh) and not same_size(opened, before)
-        self._load(opened.path.name, lambda: str(own_scene(opened.table(), opened.path.stem)), framed)
-        self.form.visible = True
+        self._load(opened.path.name, lambda: str(own_scene(opened.table(), opened.path.stem)))
 
-    def _load(self, name: str, path: Callable[[], str], framed: bool) -> None:
-        """Write and read a scene in the background. framed: the camera moves to where it opens."""
+    def _load(self, name: str, path: Callable[[], str]) -> None:
+        """Write and read a scene in the background."""
         def work(_: Task[str]) -> str:
             scene = path()
             cached_scene(scene)             # raises where it cannot be read
             return scene
 
-        if self._loading is not None:
-            self._loading[0].cancel()
-        self._loading = Task(f"Opening {name}", work, self._state.wake), framed
-        self._state.opening = self._loading[0]
+        if self._state.opening is not None:
+            self._state.opening.cancel()
+        self._state.opening = Task(f"Opening {name}", work, self._state.wake)
 
     def _take_scene(self) -> None:
         """Take the scene that has been read, as one step of undo; or the reason why it cannot be."""
-        if self._loading is None or not self._loading[0].done:
+        state, task = self._state, self._state.opening
+        if task is None or not task.done:
             return
-        (task, framed), self._loading, self._state.opening = self._loading, None, None
-        state = self._state
+        state.opening = None
         if task.error is not None:
             state.view.say(task.message, about="open")
         elif task.result is not None:
             current = state.history.present
+            chosen = with_scene(current, task.result, state.chooser.locked)
+            if self._keeps_camera(current.scene, task.result):
+                chosen = replace(chosen, **{name: getattr(current, name) for name in STAND})
             state.history.part()
-            state.take(with_scene(current, task.result, state.chooser.locked) if framed
-                       else replace(current, scene=task.result))
-            self.form.waits = None
+            state.take(chosen)
+            self.form.visible, self.form.waits = is_own(task.result), None
+
+    @staticmethod
+    def _keeps_camera(before: str, after: str) -> bool:
+        """Whether the camera stays where it is: before the same subject, turned or under another sky."""
+        if not is_own(after):
+            return False
+        try:
+            subject = cached_scene(before).subject
+        except (ValueError, OSError):
+            return False
+        return subject == cached_scene(after).subject and (subject is not None or is_own(before))
 
     def put_into_stop(self, path: Path) -> None:
         """Give the stop the shape of a picture; a message says why one cannot be read."""

@@ -131,15 +131,6 @@ def opened_of(scene: str) -> Opened | None:
     return None
 
 
-def same_size(mesh: Mesh, scene: str) -> bool:
-    """Whether a scene shows a mesh of this height, that stands on the same axis."""
-    try:
-        before = opened_of(scene) if is_own(scene) else None
-    except (OSError, ValueError, LookupError, TypeError):
-        return False
-    return isinstance(before, Mesh) and (before.path, before.height, before.up) == (mesh.path, mesh.height, mesh.up)
-
-
 def _choice(label: str, value: str, names: dict[str, str], tip: str) -> str:
     imgui.align_text_to_frame_padding()
     imgui.text_disabled(label)
