@@ -117,7 +117,8 @@ def sky_table(path: Path, base: str = "", turn: float = 0.0, brightness: float =
     light = {"sky": sky, "exposure": -metered(path)}
     if base:
         unlit = {key: value for key, value in scene_table(base).items() if key not in ("sun", "ambient", "enclosed")}
-        return {**unlit, "name": f"{str(unlit.get('name', Path(base).stem)).split(' under ')[0]} under {path.stem}", **light}
+        under = str(unlit.get("name", Path(base).stem)).split(" under ")[0]
+        return {**unlit, "name": f"{under} under {path.stem}", **light}
     return {"name": path.stem, **light, "subject": [1500.0, 480.0], "depth_range": [600.0, 6000.0],
             "floor": {"height": -100.0, "light": [0.35, 0.34, 0.33], "dark": [0.35, 0.34, 0.33]}, "sphere": BALLS}
 
