@@ -26,7 +26,7 @@ WIDER = 1.5                         # width of the film in its heights
 AXES = {"y": [0.0, 0.0, 0.0], "z": [-90.0, 0.0, 0.0], "x": [0.0, 0.0, 90.0], "-y": [180.0, 0.0, 0.0],
         "-z": [90.0, 0.0, 0.0]}     # the axis of the file that points up, and the rotation that makes it the world's y
 LIGHT: Table = {
-    "ambient": [0.02, 0.02, 0.024],
+    "ambient": [0.02, 0.02, 0.024], "exposure": 0.7,
     "sky": {"zenith": [0.20, 0.23, 0.28], "horizon": [0.36, 0.38, 0.41], "ground": [0.14, 0.13, 0.12]},
 }
 

@@ -35,7 +35,7 @@ def viewed(monkeypatch, tmp_path):
     """What `lensbench view` hands to the window, instead of a window; the machine has a display."""
     calls = []
     window = types.ModuleType("lensbench.app.window.window")
-    window.run = lambda settings, screenshot=None, follows=False: calls.append((settings, screenshot))
+    window.run = lambda settings, screenshot=None, follows=False, opened=None: calls.append((settings, screenshot))
     monkeypatch.setitem(sys.modules, "lensbench.app.window.window", window)
     monkeypatch.setattr("lensbench.app.window.window", window, raising=False)
     monkeypatch.setenv("DISPLAY", ":0")
@@ -247,14 +247,29 @@ def test_without_a_display_the_window_is_written_to_a_file(viewed, monkeypatch, 
     assert "lensbench-window.png" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize(("name", "content", "kind"), [
+    ("a.bin", b"glTF....", "opened"), ("a.obj", b"v 0 0 0\n", "opened"), ("a.hdr", b"#?RADIANCE\n", "opened"),
+    ("a.jpg", b"\xff\xd8\xff\xe0", "opened"), ("a.npz", b"PK\x03\x04", "opened"),
+    ("a.toml", b"[[sphere]]\ncentre = [0, 0, -900]\nradius = 70\n", "scene"), ("b.toml", b"version = 1\n", "settings")])
+def test_the_window_opens_every_kind_of_file_in_the_place_of_the_lens(viewed, monkeypatch, tmp_path, name, content, kind):
+    path = tmp_path / name
+    path.write_bytes(content)
+    monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run",
+                        lambda settings, screenshot, follows, opened: viewed.append((settings, opened)) or 0)
+    assert main(["view", str(path)]) == 0
+    settings, given = viewed[-1]
+    assert given == (path if kind == "opened" else None)
+    assert settings.scene == (str(path) if kind == "scene" else Settings().scene)
+
+
 def test_a_screenshot_before_the_picture_is_ready_ends_with_1(viewed, monkeypatch, capsys):
-    monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run", lambda settings, screenshot, follows: 1)
+    monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run", lambda settings, screenshot, follows, opened: 1)
     assert main(["view", "--screenshot", "w.png"]) == 1
     assert "not ready in time" in capsys.readouterr().err
 
 
 def test_a_screenshot_that_cannot_be_written_ends_with_2(viewed, monkeypatch, capsys, tmp_path):
-    def run(settings, screenshot, follows):
+    def run(settings, screenshot, follows, opened):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run", run)

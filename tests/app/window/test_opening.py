@@ -142,3 +142,16 @@ def test_settings_in_a_picture_a_lens_and_a_light_field_open_by_the_same_entry(d
         assert hand.session.recent[:3] == [field, lens, picture]
 
     drive(use)
+
+
+@pytest.mark.slow
+def test_the_export_goes_to_the_folder_that_was_used_last(drive, tmp_path):
+    def use(hand):
+        hand.picture()
+        hand.session.files.prompt.folder = tmp_path
+        hand.ctx.item_click("**/Export")
+        hand.ctx.yield_(2)
+        hand.ctx.item_click("//Export/Save as it is now")
+        hand.wait((tmp_path / "lensbench.png").exists, "the picture")
+
+    drive(use)
