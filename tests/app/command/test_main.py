@@ -251,7 +251,7 @@ def test_without_a_display_the_window_is_written_to_a_file(viewed, monkeypatch, 
     ("a.bin", b"glTF....", "opened"), ("a.obj", b"v 0 0 0\n", "opened"), ("a.hdr", b"#?RADIANCE\n", "opened"),
     ("a.jpg", b"\xff\xd8\xff\xe0", "opened"), ("a.npz", b"PK\x03\x04", "opened"),
     ("a.toml", b"[[sphere]]\ncentre = [0, 0, -900]\nradius = 70\n", "scene"), ("b.toml", b"version = 1\n", "settings")])
-def test_the_window_opens_every_kind_of_file_in_the_place_of_the_lens(viewed, monkeypatch, tmp_path, name, content, kind):
+def test_the_window_opens_every_kind_of_file_in_place_of_the_lens(viewed, monkeypatch, tmp_path, name, content, kind):
     path = tmp_path / name
     path.write_bytes(content)
     monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run",
@@ -263,7 +263,8 @@ def test_the_window_opens_every_kind_of_file_in_the_place_of_the_lens(viewed, mo
 
 
 def test_a_screenshot_before_the_picture_is_ready_ends_with_1(viewed, monkeypatch, capsys):
-    monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run", lambda settings, screenshot, follows, opened: 1)
+    monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run",
+                        lambda settings, screenshot, follows, opened: 1)
     assert main(["view", "--screenshot", "w.png"]) == 1
     assert "not ready in time" in capsys.readouterr().err
 
@@ -443,7 +444,7 @@ def one_line(capsys):
     ("render pbrt-dgauss-50mm --focal-length 0 -o a.png", "focal length"),
     ("render pbrt-dgauss-50mm --lens-model thin --focal-length 300mm --focus 25cm -o a.png", " m"),
     ("render pbrt-dgauss-50mm --camera perspective --fov 10deg --focus 5cm -o a.png", "0.275 m"),
-    ("view other.png", "not exported by lensbench"),
+    ("render other.png -o x.png", "not exported by lensbench"),
     ("view cut.png", "cut.png"),
     ("view missing.png", "missing.png"),
     ("info binary.toml", "binary.toml"),
