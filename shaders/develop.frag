@@ -17,6 +17,7 @@
 #define COC 1
 #define PEAKING 2
 #define CLIPPING 3
+#define PLANE 4
 
 const vec3 LUMINANCE = vec3(0.2126, 0.7152, 0.0722);
 
@@ -96,6 +97,17 @@ void main() {
     float edge = length(vec2(right - left, below - above));
     float focused = 1.0 - smoothstep(0.5 * sharp, sharp, abs(circle(texelFetch(picture, pixel, 0).a, pixel)));
     rgb = mix(mix(rgb, vec3(grey), 0.6), amber, focused * smoothstep(0.06, 0.16, edge));
+#endif
+
+    // Plane of focus: a sheet of amber through the scene. What lies behind it is seen through it; it is denser over what
+    // counts as sharp, up to a line at either limit, and ends in a strong line where it cuts things.
+#if OVERLAY == PLANE
+    float from = circle(texelFetch(picture, pixel, 0).a, pixel);
+    float step = min(1.5 * fwidth(from), 0.5 * sharp);
+    float cover = abs(from) < sharp ? 0.45 : from > 0.0 ? 0.18 : 0.0;
+    rgb = mix(rgb, amber, cover);
+    rgb = abs(abs(from) - sharp) < step ? mix(rgb, from < 0.0 ? nearer : farther, 0.9) : rgb;
+    rgb = abs(from) < step ? mix(amber, vec3(1.0), 0.45) : rgb;
 #endif
 
     // Clipping: stripes where a channel has no more to give, leaning right for white and left for black.

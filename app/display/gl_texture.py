@@ -69,7 +69,7 @@ def drawn_into(context: moderngl.Context, framebuffer: moderngl.Framebuffer) -> 
 
 
 TONES = {"none": 0, "filmic": 1, "agx": 2, "raw": 3}
-OVERLAYS = {"none": 0, "coc": 1, "peaking": 2, "clipping": 3}
+OVERLAYS = {"none": 0, "coc": 1, "peaking": 2, "clipping": 3, "plane": 4}
 SOFTENING = 0.35            # radius of the first passes' softening, of the circle of confusion's diameter
 SOFTENED_SAMPLES = 16       # from here on the picture is not softened
 WHOLE = 0.75                # screen pixels, from which a picture's pixel is drawn without copies: none is skipped

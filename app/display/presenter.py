@@ -21,6 +21,7 @@ from lensbench.app.display.solid_view import Drawing, SolidView
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.recorded import Memo
 from lensbench.app.plots.blur import NONE, Blur
+from lensbench.app.settings.setting_table import DEEP
 from lensbench.app.settings.settings import RESTARTS_NOTHING, Settings
 from lensbench.app.workers.light_field_worker import FieldPicture
 from lensbench.app.workers.render_job import RenderUpdate
@@ -256,7 +257,7 @@ class Presenter:
         """The depth map that the shaders need: for overlays, and to hide the noise of the first passes."""
         if self._deep is None or self.field_picture is not None or update.raw:
             return None
-        is_needed = self._softening(update) > 0.0 or settings.overlay in ("coc", "peaking")
+        is_needed = self._softening(update) > 0.0 or settings.overlay in DEEP
         return self._deep.depth if is_needed else None
 
     def _development(self, settings: Settings, view: View, update: RenderUpdate, deep: bool) -> Development:

@@ -24,6 +24,8 @@ ACTION_NAMES: dict[str, Named] = {
     "Focus peaking": Named("P", VIEW, "Mark edges in focus in amber"),
     "Circle of confusion": Named("C", VIEW, "Show the circle of confusion in pixels as false colour: amber in focus, "
                                  "blue nearer, pink farther"),
+    "Plane of focus": Named("O", VIEW, "Draw the plane of focus through the scene as a sheet of amber, denser between "
+                            "the near and the far limit; a tilted film tilts it"),
     "Clipping": Named("Z", VIEW, "Stripe the areas that are fully white (orange) or black (blue)"),
     "Histogram": Named("H", VIEW, "Histogram of the tone-mapped picture"),
     "Next view of the samples": Named("V", VIEW),

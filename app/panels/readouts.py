@@ -11,6 +11,7 @@ from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.readouts import SOFT, Readings, colours
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import paragraph, wrapped_tooltip
+from lensbench.app.plots.blur import focus_words
 from lensbench.app.plots.comparison import difference
 from lensbench.app.settings.setting_table import LIMITS
 from lensbench.app.settings.settings import Settings
@@ -71,6 +72,9 @@ def readouts_panel(settings: Settings, status: Status, other: Settings | None = 
     colour, line = theme.colours(), imgui.get_text_line_height()
     draw = imgui.get_window_draw_list()
     pitch, unit_width = round(1.22 * line), theme.em(1.9)
+    if words := focus_words(settings):
+        paragraph(words)
+        imgui.set_item_tooltip("Depth of field, from the film; blur of a point at infinity, of the picture's width")
     imgui.push_style_var(imgui.StyleVar_.item_spacing, ImVec2(0.0, 0.0))
     for row in own(settings, rows(settings, got, status)):
         if row.gap:

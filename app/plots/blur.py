@@ -28,6 +28,7 @@ from lensbench.app.settings.dial_scales import WHOLE_STOPS
 from lensbench.app.settings.settings import Settings
 from lensbench.core.analysis.focus_wedge import Beams, beams
 from lensbench.core.cameras.flat_port import FlatPort
+from lensbench.core.text import fixed, significant
 
 ACROSS, DOWN = 9, 7                    # nodes of traced beams
 FINE = 49                               # nodes along each side of a curved film behind an ideal lens
@@ -77,6 +78,31 @@ class Blur:
 
 
 NONE = Blur.even(0.0, 0.0)
+
+
+def sharp_range(settings: Settings) -> str:
+    """Near and far limit in the middle of the picture, such as "1.16 to 1.24 m"; "" where nothing is in focus."""
+    got = readings(settings)
+    if got.near_limit is None or got.far_limit is None:
+        return ""
+    near, far = got.near_limit / 1000.0, got.far_limit / 1000.0
+    if not 0.0 < far < math.inf:
+        return f"{significant(near, 3)} m to infinity"
+    digits = max(2 if near < 2.0 else 1, min(6, -math.floor(math.log10(max(far - near, 1e-6)))))
+    return f"{fixed(near, digits)} to {fixed(far, digits)} m"
+
+
+def focus_words(settings: Settings) -> str:
+    """What is sharp, and how blurred the far background is, in a sentence; "" where the camera has no focus."""
+    limits = sharp_range(settings)
+    if not limits:
+        return ""
+    got, blur = readings(settings), Blur.of(settings)
+    middle = " in the middle" if settings.film_pose.is_tilted else ""
+    share = 100.0 * blur.pixels(math.inf, (0.5, 0.5)) / settings.film.pixels_x
+    behind = "background sharp" if share * settings.film.width <= 100.0 * blur_limit(settings) else \
+        f"background blur {significant(share, 1 if share < 10.0 else 2)} % of the frame"
+    return f"{'Sharpest' if got.soft else 'Sharp'}{middle} from {limits}; {behind}"
 
 
 @lru_cache(maxsize=16)
@@ -153,7 +179,7 @@ def _traced(settings: Settings) -> np.ndarray:
     built, film_xy = bench_of(settings), _film_places(settings, ACROSS, DOWN)
     film = settings.film_pose.points(film_xy.reshape(-1, 2))
     narrow = beams(built.lens, built.film_distance, film)
-    whole = beams(built.lens, built.film_distance, film, whole=True)
+    whole = beams(built.lens, built.film_distance, film - [0.0, 0.0, built.focusing.shift], whole=True)
     focused = narrow if built.focusing.method == "paraxial" else whole
     directions, starts = (values.reshape(DOWN, ACROSS, 3) for values in (narrow.directions, narrow.starts))
     steps = film_xy[0, 1, 0] - film_xy[0, 0, 0], film_xy[1, 0, 1] - film_xy[0, 0, 1]

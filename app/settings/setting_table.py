@@ -45,7 +45,9 @@ EXPOSURES = {"plain": "As it is", "triangle": "Exposed", "automatic": "Auto ISO"
 METERINGS = {"mean": "Average", "highlights": "Highlights"}
 BITS = (8, 10, 12, 14, 16)
 TONES = {"none": "None", "filmic": "Filmic", "agx": "AgX-like"}
-OVERLAYS = {"none": "None", "coc": "Circle of confusion", "peaking": "Focus peaking", "clipping": "Clipping zebra"}
+OVERLAYS = {"none": "None", "coc": "Circle of confusion", "peaking": "Focus peaking", "clipping": "Clipping zebra",
+            "plane": "Plane of focus"}
+DEEP = ("coc", "peaking", "plane")      # overlays that need the depth of what is seen
 VIEWS = {                       # what is shown: the picture, or a quantity of its samples
     "picture": "Picture",
     "direction": "Ray direction",

@@ -192,7 +192,8 @@ def _is_edited(state: WindowState) -> bool:
 
 RUNS: dict[str, Callable[[WindowState], None] | Request] = {
     "Fit picture": _fit, "Zoom to 100 %": _whole_pixels, "Focus peaking": _overlay("peaking"),
-    "Circle of confusion": _overlay("coc"), "Clipping": _overlay("clipping"), "Histogram": _histogram,
+    "Circle of confusion": _overlay("coc"), "Plane of focus": _overlay("plane"), "Clipping": _overlay("clipping"),
+    "Histogram": _histogram,
     "Next view of the samples": _next_view, "Magnifier": lambda state: toggle_magnifier(state.view),
     "Pin pixel": toggle_pin, "Look around": _look_around, "Reset camera": reset_camera,
     "Pin picture as A": Request.PIN, "Compare side by side": _compare("side"), "Compare with a wipe": _compare("wipe"),

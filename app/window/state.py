@@ -42,6 +42,7 @@ from lensbench.app.panels.light_field.controller import LightFieldController
 from lensbench.app.session.lens_shelf import Shelf
 from lensbench.app.session.notices import Request
 from lensbench.app.session.states import History
+from lensbench.app.settings.setting_table import DEEP
 from lensbench.app.settings.settings import RESTARTS_MOTION, RESTARTS_NOTHING
 from lensbench.app.window.dialogs import ExportDialog
 from lensbench.app.window.layouts import BENCH, LAYOUTS
@@ -206,7 +207,7 @@ class WindowState:
         """Let the render worker follow the current settings."""
         settings, self._hurried = self.history.present, None
         self.worker.restart(self._rendered(settings))
-        self.worker.want_depth(settings.overlay in ("coc", "peaking") or self.view.pending is not None)
+        self.worker.want_depth(settings.overlay in DEEP or self.view.pending is not None)
 
     def lens_written(self, name: str, settings: Settings) -> None:
         """The window itself has written the file of its lens: drop what was computed from the file before."""

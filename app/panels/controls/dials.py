@@ -18,6 +18,7 @@ from lensbench.app.bench.zoom import engraved_zoom, focal_length, is_engraved
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import padlock
 from lensbench.app.drawing.dial import dial
+from lensbench.app.plots.blur import focus_words, sharp_range
 from lensbench.app.settings import dial_scales
 from lensbench.app.settings.dial_scales import Scale
 from lensbench.app.settings.settings import Settings
@@ -56,6 +57,8 @@ def dials(settings: Settings, locked: set[str], sized: Callable[[Settings, Setti
         if name in LOCKS and settings.has_lens:
             title = imgui.calc_text_size(TITLES[name]).x
             padlock(name, locked, imgui.ImVec2(corner.x + title + theme.em(0.45), corner.y))
+        if name == FOCUS:
+            _note_range(settings, corner)
     exposure = dial("Exposure", settings.exposure, dial_scales.exposure_scale(
         scene_exposure(settings.scene) if settings.exposing == "plain" else 0.0),
                     "Stops by which the picture is brightened; the aperture itself does not change its brightness"
@@ -93,11 +96,28 @@ def _focus(settings: Settings) -> Settings:
         zone = (figures.near_limit, figures.far_limit if figures.far_limit > 0.0 else math.inf)
     distance = dial(TITLES[FOCUS], settings.focus_distance, _focus_ring(settings),
                     f"Distance s from {settings.kind.measured_from} to the plane in focus; the amber zone is the "
-                    "depth of field" + (SOFT if figures.soft else "")
+                    f"depth of field\n{focus_words(settings)}" + (SOFT if figures.soft else "")
                     if settings.focuses else
                     "Distance s from the film to the plane that the lens would focus on: it sets the film distance,\n"
                     "and everything is sharp", zone)
     return replace(settings, focus_distance=distance)
+
+
+def _note_range(settings: Settings, corner: imgui.ImVec2) -> None:
+    """What is sharp, in small print between the dial's title and its value, where there is room."""
+    right = corner.x + imgui.get_content_region_avail().x - theme.em(0.7) - imgui.calc_text_size(
+        dial_scales.focus_scale(NEAREST, DEFAULT.focus_distance).format(settings.focus_distance)).x
+    left = corner.x + imgui.calc_text_size(TITLES[FOCUS]).x + theme.em(1.9)
+    down = imgui.get_text_line_height()
+    theme.small()
+    limits = sharp_range(settings)
+    for text in filter(None, (f"sharp {limits}" if limits else "", limits)):
+        extent = imgui.calc_text_size(text)
+        if extent.x <= right - left:
+            imgui.get_window_draw_list().add_text(imgui.ImVec2(right - extent.x, corner.y + down - extent.y),
+                                                  theme.packed(theme.colours().amber_text), text)
+            break
+    imgui.pop_font()
 
 
 def _throws_none(settings: Settings, title: str) -> bool:

@@ -25,6 +25,7 @@ from lensbench.app.panels.image.overlays import (
     draw_pointed
 )
 from lensbench.app.panels.image.toolbar import picture_tools
+from lensbench.app.plots.blur import focus_words
 from lensbench.app.settings.settings import Settings
 from lensbench.core.kernels.cache import NotCompiledError
 from lensbench.core.text import fixed
@@ -211,6 +212,8 @@ def _below(draw: imgui.ImDrawList, settings: Settings, picture: Picture, view: V
         _say_below(draw, view, corner, aov_note(settings))
     elif settings.overlay == "coc":
         view.plates.append(draw_legend(draw, corner))
+    elif settings.overlay == "plane":
+        _say_below(draw, view, corner, focus_words(settings))
     else:
         _say_below(draw, view, corner, dark_corners(settings))
 

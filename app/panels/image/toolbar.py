@@ -247,6 +247,7 @@ def _looking_tools(settings: Settings, view: View) -> list[Tool]:
         *(_tool(name, icon, action, settings.overlay == kind, overlay(kind)) for name, icon, action, kind in (
             ("Focus peaking", fa.ICON_FA_HIGHLIGHTER, "Focus peaking", "peaking"),
             ("CoC overlay", fa.ICON_FA_BULLSEYE, "Circle of confusion", "coc"),
+            ("Plane of focus", fa.ICON_FA_CLONE, "Plane of focus", "plane"),
             ("Clipping", fa.ICON_FA_CIRCLE_HALF_STROKE, "Clipping", "clipping"))),
         _tool("Histogram", fa.ICON_FA_CHART_AREA, "Histogram", view.histogram, histogram),
         _tool("Magnifier", fa.ICON_FA_MAGNIFYING_GLASS, "Magnifier", view.magnifier > 0, magnifier),

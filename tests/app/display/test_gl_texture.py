@@ -74,6 +74,19 @@ def test_what_is_in_focus_is_amber_and_the_sides_of_it_differ(screen):
     assert near[2] > near[0] and far[0] > far[1]
 
 
+def test_the_plane_of_focus_veils_what_lies_behind_it_and_lines_where_it_cuts(screen):
+    """A ground that recedes: untouched in front, a line at the plane, denser within the limits than beyond."""
+    depth = np.linspace(800.0, 1400.0, 61, dtype=np.float32)
+    screen.load(np.full((61, 5, 3), 0.18, np.float32), np.repeat(depth[:, None], 5, 1))
+    blur = Blur.even(20_000.0, 1 / 1000.0, sharp=2.0)               # sharp from 909 to 1111 mm
+    screen.developed(Development(overlay="plane", blur=blur, tone="none"))
+    rows = screen.read()[:, 2].astype(int)
+    at = {row: rows[int(np.abs(depth - row).argmin())] for row in (820.0, 950.0, 1000.0, 1050.0, 1350.0)}
+    warm = {row: value[0] - value[2] for row, value in at.items()}
+    assert warm[820.0] == 0 and warm[950.0] == warm[1050.0] > warm[1350.0] > 0
+    assert at[1000.0].sum() > at[950.0].sum() + 100
+
+
 def test_peaking_marks_an_edge_in_focus_and_not_one_out_of_focus(screen):
     image = np.full((8, 16, 3), 0.1, np.float32)
     image[:, 8:] = 0.6
@@ -110,7 +123,7 @@ def test_softening_keeps_a_plane_in_focus_as_it_is_and_fades_with_the_samples(sc
     assert softening(1) == 0.35 and softening(16) == 0.0 and softening(400) == 0.0
 
 
-@pytest.mark.parametrize("overlay", ["coc", "peaking"])
+@pytest.mark.parametrize("overlay", ["coc", "peaking", "plane"])
 def test_the_sky_and_the_dark_count_as_infinitely_far_and_a_map_of_another_size_is_spread(screen, overlay):
     image = np.random.default_rng(2).random((6, 8, 3), np.float32)
     shown = []

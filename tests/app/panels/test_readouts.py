@@ -7,6 +7,7 @@ import pytest
 
 from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.panels.readouts import NONE, Status, columns, own, readouts_panel, rows
+from lensbench.app.plots.blur import focus_words
 from lensbench.app.settings.settings import Settings
 from lensbench.app.workers.compilers import prepare
 from tests.app.kinds import KINDS, of_kind
@@ -17,6 +18,16 @@ START = Settings(lens="pbrt-dgauss-50mm")
 
 def table(settings: Settings, status: Status = Status()) -> dict[str, str]:  # noqa: B008 - a frozen value
     return {row.name: f"{row.value} {row.unit}".strip() for row in rows(settings, readings(settings), status)}
+
+
+def test_words_state_what_is_sharp_and_the_blur_of_the_background():
+    """The limits of the table; the blur of infinity by A m, of the thin lens f² / (N s)."""
+    assert focus_words(START).startswith("Sharp from 1.16 to 1.24 m; background blur 2 % of the frame")
+    open_ = replace(START, f_number=2.0)
+    blur = float(focus_words(open_).split("blur ")[1].split(" %")[0])
+    assert blur == pytest.approx(100.0 * 50.4**2 / (2.0 * (1200.0 - 50.4)) / 36.0, abs=0.5)
+    assert "m to infinity; background sharp" in focus_words(replace(START, focus_distance=6000.0, f_number=22.0))
+    assert focus_words(replace(START, camera="fisheye")) == "" == focus_words(replace(START, lens_model="pinhole"))
 
 
 def test_the_table_of_the_double_gauss():

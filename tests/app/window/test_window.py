@@ -135,7 +135,8 @@ def test_drags_orbit_and_pan_and_the_wheel_dollies_and_none_of_them_focuses(driv
 def test_the_tools_of_the_picture(drive):
     def use(hand):
         hand.picture()
-        for tool, overlay in (("Focus peaking", "peaking"), ("CoC overlay", "coc"), ("Clipping", "clipping")):
+        for tool, overlay in (("Focus peaking", "peaking"), ("CoC overlay", "coc"), ("Plane of focus", "plane"),
+                              ("Clipping", "clipping")):
             hand.ctx.item_click(f"**/{tool}")
             hand.ctx.yield_(3)
             assert hand.settings.overlay == overlay
