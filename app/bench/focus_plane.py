@@ -189,6 +189,18 @@ def focused_at(settings: Settings, share: Place, depth: float) -> ClickFocus:
         return ClickFocus(math.inf, BEYOND)
 
 
+def depth_nearness(settings: Settings, rasters: np.ndarray) -> np.ndarray:
+    """One over the distance (n,), mm, of what is in focus at raster points (n, 2): along the axis from the film.
+
+    By traced beams, of an ideal lens in closed form; NaN without light.
+    """
+    own, film = bench_of(settings), np.array([film_position(settings, (x, y)) for x, y in rasters.tolist()])
+    if not settings.follows_lens:
+        return np.array([1.0 / (lb.focused_distance(own.lens, own.film_distance + z) - z) for z in film[:, 2].tolist()])
+    whole = own.focusing.method != "paraxial"
+    return beams(own.lens, own.film_distance, film - [0.0, 0.0, own.focusing.shift], whole).depth_nearness
+
+
 def _of_ideal_lens(settings: Settings, raster: Place, depth: float) -> ClickFocus:
     """The focus of an ideal lens, in closed form: its film point lies before or behind the film's middle."""
     at_middle, (there, _) = bench_of(settings), seen_from(settings, raster)
@@ -205,10 +217,7 @@ def _traced(settings: Settings, raster: Place, depth: float) -> ClickFocus:
     def excess(nearness: float) -> float:
         """How much nearer (1/mm) than the depth the beam has its focus, for a focus distance of 1 / nearness."""
         trial = replace(settings, focus_distance=1.0 / nearness if nearness > 0.0 else math.inf, focus_position=method)
-        there, (x, y) = seen_from(trial, raster)
-        own = bench_of(trial)
-        film = np.array([[x, y, there.film_distance - own.film_distance - own.focusing.shift]])
-        return float(beams(there.lens, own.film_distance, film, method != "paraxial").depth_nearness[0]) - 1.0 / depth
+        return float(depth_nearness(trial, np.array([raster]))[0]) - 1.0 / depth
 
     nearest = 1.0 / (lb.nearest_focus(at_middle.lens) * (1.0 + 1e-6))
     slack = UNSHARP * settings.film.pitch * at_middle.f_number / at_middle.at_infinity.efl**2

@@ -36,6 +36,19 @@ class Mark:
 
 
 @dataclass(frozen=True)
+class SharpPicks:
+    """Points of the world (mm) to be made sharp, where the picture shows them, and the settings that aimed it then."""
+
+    points: tuple[tuple[float, float, float], ...]
+    marks: tuple[Mark, ...]
+    settings: Settings
+
+    def holds(self, settings: Settings) -> bool:
+        """Whether the picture still shows the points there."""
+        return _any_size(self.settings.aim) == _any_size(settings.aim)
+
+
+@dataclass(frozen=True)
 class Click:
     """A click in the picture (parts of width and height) that waits for the depth map, and the camera's aim then."""
 
@@ -111,6 +124,8 @@ class View:
     centre: tuple[float, float] = (0.5, 0.5)        # the part of the picture in the middle of the panel
     focus_pick: bool = True
     pin_pick: bool = False                          # a click pins a pixel, and does not focus
+    sharp_pick: bool = False                        # a click adds a point that is made sharp
+    picks: SharpPicks | None = None                 # the points so far
     histogram: bool = False
     mark: Mark | None = None
     pending: Click | None = None

@@ -26,6 +26,8 @@ ACTION_NAMES: dict[str, Named] = {
                                  "blue nearer, pink farther"),
     "Plane of focus": Named("O", VIEW, "Draw the plane of focus through the scene as a sheet of amber, denser between "
                             "the near and the far limit; a tilted film tilts it"),
+    "Make these sharp": Named(tip="Click two or three things in the picture: tilt and swing of the film, and the "
+                              "focus, are solved so that\nthe plane of focus runs through them. Undo takes it back"),
     "Clipping": Named("Z", VIEW, "Stripe the areas that are fully white (orange) or black (blue)"),
     "Histogram": Named("H", VIEW, "Histogram of the tone-mapped picture"),
     "Next view of the samples": Named("V", VIEW),

@@ -12,7 +12,7 @@ from lensbench.app.bench.lens_choice import APERTURE, FOCUS, TRIALS, Trial, trie
 from lensbench.app.bench.pose import LookAround
 from lensbench.app.drawing.controls import chord
 from lensbench.app.panels.action_names import ACTION_NAMES, Named
-from lensbench.app.panels.image.overlays import toggle_magnifier
+from lensbench.app.panels.image.overlays import toggle_magnifier, toggle_sharp_pick
 from lensbench.app.scenes.scene_writer import is_own
 from lensbench.app.session.edited_lens import reverted
 from lensbench.app.session.notices import Request
@@ -193,7 +193,7 @@ def _is_edited(state: WindowState) -> bool:
 RUNS: dict[str, Callable[[WindowState], None] | Request] = {
     "Fit picture": _fit, "Zoom to 100 %": _whole_pixels, "Focus peaking": _overlay("peaking"),
     "Circle of confusion": _overlay("coc"), "Plane of focus": _overlay("plane"), "Clipping": _overlay("clipping"),
-    "Histogram": _histogram,
+    "Histogram": _histogram, "Make these sharp": lambda state: toggle_sharp_pick(state.view),
     "Next view of the samples": _next_view, "Magnifier": lambda state: toggle_magnifier(state.view),
     "Pin pixel": toggle_pin, "Look around": _look_around, "Reset camera": reset_camera,
     "Pin picture as A": Request.PIN, "Compare side by side": _compare("side"), "Compare with a wipe": _compare("wipe"),
@@ -227,6 +227,7 @@ ENABLED: dict[str, Callable[[WindowState], bool]] = {
 CHECKED: dict[str, Callable[[WindowState], bool]] = {
     "Pin pixel": lambda state: state.view.links.pinned is not None,
     "Magnifier": lambda state: state.view.magnifier > 0,
+    "Make these sharp": lambda state: state.view.sharp_pick,
     "Hide panels": lambda state: state.panels_hidden, "Full screen": lambda state: state.full_screen is not None,
     "Dark theme": lambda state: state.dark, "Light theme": lambda state: not state.dark}
 

@@ -117,8 +117,8 @@ MENUS: dict[str, tuple[str | Callable[[WindowState], None], ...]] = {
              "Revert lens", "Save scene as…", "Save settings…", "Export…", "Save picture…", "Save screenshot…",
              "Contact sheet…", SEPARATOR, "Quit"),
     "Edit": ("Undo", "Redo", SEPARATOR, "Command palette…", "Improve lens…", "Reset all"),
-    "View": (_layouts, _panels, SEPARATOR, "Pin pixel", "Magnifier", "Reset camera", SEPARATOR, "Dark theme",
-             "Light theme", SEPARATOR, "Reset layout"),
+    "View": (_layouts, _panels, SEPARATOR, "Make these sharp", "Pin pixel", "Magnifier", "Reset camera", SEPARATOR,
+             "Dark theme", "Light theme", SEPARATOR, "Reset layout"),
     "Help": ("Keys and mouse", "What the terms mean", SEPARATOR, _trials)}
 
 

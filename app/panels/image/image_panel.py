@@ -8,14 +8,16 @@ its top left corner.
 import math
 from dataclasses import replace
 
+import numpy as np
 from imgui_bundle import ImVec2, imgui
 
 from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.focus_plane import focused_at
 from lensbench.app.bench.pose import dollied, orbited, panned, pivot_distance
 from lensbench.app.bench.readouts import dark_corners
+from lensbench.app.bench.sharp_points import made_sharp, picked_point
 from lensbench.app.bench.tone import aov_note
-from lensbench.app.display.frame import Box, Click, Mark, Picture, View
+from lensbench.app.display.frame import Box, Click, Mark, Picture, SharpPicks, View
 from lensbench.app.drawing import theme
 from lensbench.app.panels.image.camera_strip import camera_strip
 from lensbench.app.panels.image.compare import draw_pinned, draw_plate, draw_scale, wiped
@@ -34,6 +36,7 @@ CLICK = 4.0                     # pixels at a scale of 1: a press that moves far
 TURN = math.radians(0.25)       # of an orbit, per such pixel
 DOLLY = 0.06                    # of the distance to the pivot, per click of the wheel
 ZOOMS = (0.1, 16.0)
+MOST_PICKS = 3                  # points to be made sharp: a plane has no more
 MARGIN = 6.0                    # pixels at a scale of 1, about a picture that fits
 DIM_AFTER, DIMMED = 0.2, 0.5    # seconds of waiting for another lens or scene, and by how much its picture is dimmed
 SLOW = 0.5                      # seconds without a picture, after which a note appears
@@ -174,9 +177,10 @@ def _picture(settings: Settings, picture: Picture, view: View, corner: ImVec2, r
     # The overlays
     if picture.recorded is None:
         draw_pointed(draw, view.links, (x0, y0, extent.x / width, extent.y / height), size)
-    if view.mark is not None and view.mark.holds(settings) and not picture.recorded:
-        view.plates.append(draw_mark(draw, view.mark, ImVec2(x0 + view.mark.x * extent.x,
-                                                            y0 + view.mark.y * extent.y)))
+    marks = view.picks.marks if view.sharp_pick and view.picks is not None and view.picks.holds(settings) else \
+        (view.mark,) if view.mark is not None and view.mark.holds(settings) and not picture.recorded else ()
+    for mark in marks:
+        view.plates.append(draw_mark(draw, mark, ImVec2(x0 + mark.x * extent.x, y0 + mark.y * extent.y)))
     if picture.recorded is not None and view.cross is not None:
         at_x, at_y = ((index + 0.5) / size for index, size in zip(view.cross, picture.size, strict=True))
         draw_cross(draw, ImVec2(x0 + at_x * extent.x, y0 + at_y * extent.y), (upper.x, lower.x) if view.line else None)
@@ -205,6 +209,8 @@ def _below(draw: imgui.ImDrawList, settings: Settings, picture: Picture, view: V
         view.plates.append(draw_scale(draw, picture.difference, corner))
     elif picture.recorded is not None:
         _say_below(draw, view, corner, picture.note)
+    elif view.sharp_pick:
+        _say_below(draw, view, corner, "Make these sharp: click two or three things; the film is tilted for them")
     elif settings.sample_view:
         if settings.view == "fate":
             fates = draw_fates(draw, settings, ImVec2(corner.x, corner.y - theme.em(1.3)), view.links.surfaces)
@@ -286,7 +292,7 @@ def _handled(settings: Settings, picture: Picture, view: View, position: tuple[f
             and imgui.is_mouse_released(button.left):
         if picture.recorded is None and (view.pin_pick or io.key_alt):
             view.links.toggle_pin(position)
-        elif view.focus_pick:
+        elif view.focus_pick or view.sharp_pick:
             view.pending = Click(*position, settings.aim)
 
     # The wheel
@@ -333,6 +339,8 @@ def focused_by_click(settings: Settings, picture: Picture, view: View) -> Settin
     view.pending = None
     rows, columns = picture.depth.shape
     depth = float(picture.depth[min(int(y * rows), rows - 1), min(int(x * columns), columns - 1)])
+    if view.sharp_pick:
+        return _sharpened(settings, view, (x, y), depth)
     if math.isnan(depth) or depth <= 0.0 or not settings.focuses:
         return settings
     nearest = readings(settings).nearest_focus or 0.0
@@ -340,6 +348,25 @@ def focused_by_click(settings: Settings, picture: Picture, view: View) -> Settin
     distance = max(focus.distance, nearest * (1.0 + 1e-6))
     view.mark = Mark(x, y, distance, settings.aim, focus.remark)
     return replace(settings, focus_distance=distance)
+
+
+def _sharpened(settings: Settings, view: View, share: tuple[float, float], depth: float) -> Settings:
+    """The settings that make the point under a click sharp, with up to two that were picked before."""
+    if math.isnan(depth) or depth <= 0.0:
+        return settings
+    picks = view.picks
+    if picks is None or len(picks.points) == MOST_PICKS or not picks.holds(settings):
+        picks = SharpPicks((), (), settings)
+    try:
+        points = (*picks.points, picked_point(settings, share, depth))
+        marks = (*picks.marks, Mark(*share, depth, settings.aim))
+        if len(points) > 1:
+            settings, shares = made_sharp(settings, np.array(points))
+            marks = tuple(replace(mark, x=float(x), y=float(y)) for mark, (x, y) in zip(marks, shares, strict=True))
+        view.picks = SharpPicks(points, marks, settings)
+    except (ValueError, OSError) as error:
+        view.say(str(error))
+    return settings
 
 
 # Progress over the picture

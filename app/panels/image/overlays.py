@@ -38,6 +38,12 @@ def toggle_magnifier(view: View) -> None:
     view.magnifier = 0 if view.magnifier else USUAL
 
 
+def toggle_sharp_pick(view: View) -> None:
+    """Switch between clicks that make points sharp and clicks that focus."""
+    view.sharp_pick, view.pin_pick, view.picks = not view.sharp_pick, False, None
+    view.focus_pick = not view.sharp_pick
+
+
 def cells(values: NDArray[np.float32], x: int, y: int, across: int, down: int) -> NDArray[np.float64]:
     """Pixels (down, across, 3) of a picture (h, w, 3) about column x and row y; NaN beyond its edges."""
     height, width = values.shape[:2]

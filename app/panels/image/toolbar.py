@@ -17,7 +17,7 @@ from lensbench.app.display.frame import Picture, View
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import check_box, explain
 from lensbench.app.panels.action_names import ACTION_NAMES, key_of, tip_of
-from lensbench.app.panels.image.overlays import toggle_magnifier
+from lensbench.app.panels.image.overlays import toggle_magnifier, toggle_sharp_pick
 from lensbench.app.session.notices import Request
 from lensbench.app.settings.setting_table import COMPARISONS, TONES, VIEWS
 from lensbench.app.settings.settings import Settings
@@ -212,11 +212,15 @@ def _size_tools(view: View) -> list[Tool]:
 def _looking_tools(settings: Settings, view: View) -> list[Tool]:
     """Click to focus, overlays, histogram, magnifier, views, comparison."""
     def focus_pick(current: Settings) -> Settings:
-        view.focus_pick, view.pin_pick = not view.focus_pick, False
+        view.focus_pick, view.pin_pick, view.sharp_pick = not view.focus_pick, False, False
         return current
 
     def pin_pick(current: Settings) -> Settings:
-        view.pin_pick, view.focus_pick = not view.pin_pick, view.pin_pick
+        view.pin_pick, view.focus_pick, view.sharp_pick = not view.pin_pick, view.pin_pick, False
+        return current
+
+    def sharp_pick(current: Settings) -> Settings:
+        toggle_sharp_pick(view)
         return current
 
     def overlay(key: str) -> Callable[[Settings], Settings]:
@@ -241,6 +245,7 @@ def _looking_tools(settings: Settings, view: View) -> list[Tool]:
         Tool("Focus pick", fa.ICON_FA_CROSSHAIRS, "A click focuses", "", "Click in the picture to focus there\n\n"
              "Drag to orbit about the point in focus, Shift or right drag to pan, wheel to dolly", view.focus_pick,
              focus_pick, gap=True),
+        _tool("Sharp pick", fa.ICON_FA_DRAW_POLYGON, "Make these sharp", view.sharp_pick, sharp_pick),
         Tool("Pin pixel", fa.ICON_FA_THUMBTACK, "A click pins a pixel", "", "Click in the picture to pin a pixel: its "
              "rays stay in the section, the exit pupil,\nthe plan and the panel “Pixel”. Another click or Escape "
              "unpins it\n\nWithout this tool: Alt+click, or I with the mouse on the pixel", view.pin_pick, pin_pick),

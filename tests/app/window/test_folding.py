@@ -15,8 +15,8 @@ from lensbench.app.window.layouts import LAYOUTS, docks, folds, splits
 from tests.app.conftest import SMALL
 
 EM = 15.0
-TOOLS = ("Fit", "100 %", "Focus pick", "Pin pixel", "Focus peaking", "CoC overlay", "Clipping", "Histogram",
-         "Magnifier", "Views", "Compare", "Pause", "Restart", "Screenshot", "Export")
+TOOLS = ("Fit", "100 %", "Focus pick", "Sharp pick", "Pin pixel", "Focus peaking", "CoC overlay", "Plane of focus",
+         "Clipping", "Histogram", "Magnifier", "Views", "Compare", "Pause", "Restart", "Screenshot", "Export")
 
 
 @pytest.mark.parametrize("name", LAYOUTS)
