@@ -81,6 +81,8 @@ def add_picture_options(parser: argparse.ArgumentParser) -> None:
     add("--fov", type=option(read_angle), metavar="ANGLE",
         help="field of view along the shorter side, such as 30deg, of a lens without its distortion: zooms the lens, "
              "crops the film, or sets the view of a camera without a lens")
+    add("--focus-on", metavar="NAME", help="focus on a thing of the scene: its subject, a framing, an object with a "
+        "name, or one by kind and number such as “sphere 2”")
     of_lens = fields(LensSettings)
     for field in fields(Settings):
         if spec(field).help and field not in of_lens:
@@ -158,6 +160,14 @@ def settings_from(arguments: argparse.Namespace) -> Settings:
         MAKERS[settings.camera].camera(settings)
     if arguments.ghost_pair and (why := missing_ghost(settings)):
         raise SettingsError(f"--ghost-pair {arguments.ghost_pair}: {why}")
+    if arguments.focus_on is not None:
+        from lensbench.app.plots.named_focus import focused_on
+
+        if arguments.focus is not None:
+            raise SettingsError("--focus-on and --focus: give one of them")
+        settings, remark = focused_on(settings, arguments.focus_on)
+        if remark:
+            say(remark)
     named = {field.name: spec(field).option or field.name.replace("_", "-") for field in fields(Settings)}
     unnamed = arguments.settings is not None or lens is None or carries_settings(lens)
     rendered = "until_noise" in arguments

@@ -169,7 +169,7 @@ def _scene(table: Table, path: Path) -> lb.Scene:
         if sum(mesh.triangle_count for mesh in meshes) > MOST_TRIANGLES:
             raise lb.SceneError(f"its meshes have more than {significant(MOST_TRIANGLES)} triangles together")
         textures.check(images.values())
-    shapes = [within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, **MOTION})
+    shapes = [within(f"{kind} {k + 1}", _SHAPES[kind], value, {"material": material, "name": text, **MOTION})
               for kind, entries in lists.items() for k, value in enumerate(entries)]
     values = {kind: within(kind, read, as_table(table[kind], kind), textures, notes.append)
               for kind, read in _SURROUNDINGS.items() if kind in table}

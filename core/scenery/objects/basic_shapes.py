@@ -1,7 +1,7 @@
 """Spheres, rectangles and disks. The planar shapes have two half-axes a (right) and b (up) at right angles."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -24,6 +24,7 @@ class Sphere(Moving):
         radius: mm.
         material: Without a pattern, or with an image that goes once around the sphere (of a sphere at rest that is no
             lamp): its top row is at +y, its middle column at +z, and its columns go on towards +x.
+        name: Keyword. By which it is found; "" for none.
         velocity, spin, pivot: Keywords; see `Moving`.
     Raises:
         SceneError: If a value is out of range.
@@ -32,6 +33,7 @@ class Sphere(Moving):
     centre: Triple
     radius: float
     material: Material = Material()
+    name: str = field(default="", kw_only=True)
 
     family = "sphere"
     round = True
@@ -50,7 +52,7 @@ class Sphere(Moving):
     @property
     def label(self) -> str:
         """Name shown to the user."""
-        return f"sphere of {significant(2.0 * self.radius, 3)} mm"
+        return self.name or f"sphere of {significant(2.0 * self.radius, 3)} mm"
 
     @property
     def bounding_radius(self) -> float:
@@ -189,6 +191,7 @@ class Rectangle(Planar):
         centre: (x, y, z). mm, world frame.
         right, up: (x, y, z). Half-axes at right angles: from the centre to the middle of an edge, mm, world frame.
         material: Its pattern, if any, has its lower left corner at centre − right − up.
+        name: Keyword. By which it is found; "" for none.
         velocity, spin, pivot: Keywords; see `Moving`.
     Raises:
         SceneError: If a value is out of range or the half-axes are not at right angles.
@@ -198,6 +201,7 @@ class Rectangle(Planar):
     right: Triple
     up: Triple
     material: Material = Material()
+    name: str = field(default="", kw_only=True)
 
     @classmethod
     def facing(cls, centre: Triple, target: Triple, width: float, height: float,
@@ -223,6 +227,7 @@ class Disk(Planar):
         normal: (x, y, z). Direction of its axis, of any length, world frame.
         radius: mm.
         material: Its surface.
+        name: Keyword. By which it is found; "" for none.
         velocity, spin, pivot: Keywords; see `Moving`.
     Raises:
         SceneError: If a value is out of range.
@@ -232,6 +237,7 @@ class Disk(Planar):
     normal: Triple
     radius: float
     material: Material = Material()
+    name: str = field(default="", kw_only=True)
     round = True
 
     def __post_init__(self) -> None:
