@@ -41,7 +41,7 @@ test-slow: needs $(VENV)/.installed-test
 # From a copy, so that compiled kernels of this moment never lie next to sources that change
 wheel: $(VENV)/.installed
 	rm -rf build/tree && mkdir -p build/tree
-	cp -r lensbench core lenses shaders app pyproject.toml setup.py README.md LICENSE build/tree
+	cp -r lensbench core lenses shaders app pyproject.toml setup.py README.md LICENSE THIRD_PARTY.md build/tree
 	$(BIN)/python -m lensbench.app.workers.shipped_kernels build/tree/core/kernels/shipped
 	$(BIN)/python -m pip wheel -q --no-deps -w dist build/tree
 
