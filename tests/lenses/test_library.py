@@ -74,6 +74,13 @@ def test_a_title_is_the_name_as_sold_and_the_computed_figures_agree_with_it_or_t
     assert 5 <= len(differing) <= 12        # patents scale their examples
 
 
+def test_blades_whose_source_is_named_are_those_of_the_stop():
+    stated = {name: re.search(r"(\d+) blades, as \w+ states\.", card.notes) for name, card in CARDS.items()}
+    named = {name: int(match[1]) for name, match in stated.items() if match}
+    assert len(named) == 35 and all(lenses.load(name).blades == count for name, count in named.items())
+    assert sum(lenses.load(name).blades > 0 for name in NAMES) == 137
+
+
 def test_uses_follow_from_kind_speed_and_the_view_on_full_frame():
     uses = {name: CARDS[name].uses for name in NAMES}
     assert uses["sony-fe-gm-ii-85-f14"] == ("portrait",) and uses["sony-fe-gm-24-f14"] == ("landscape", "astro")
