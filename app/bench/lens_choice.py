@@ -120,7 +120,7 @@ TRIALS = (
     Trial("Fisheye", "180° on one picture, by the real rays of a design of 1964. Move the mouse to the edge of the "
           "circle: the section shows where its rays enter", "lib-miyamoto-fisheye-1964", "room"),
     Trial("Hexagon bokeh", "Six straight blades at f/2: lights out of focus are images of the stop. Turn Aperture, "
-          "focus on a light by a click, or set the blades by the button Stop", "canon-rf-l-usm-85-f12", "night-lights",
+          "focus on a light by a click, or set the blades by the button Flare", "canon-rf-l-usm-85-f12", "night-lights",
           2.0, 6),
 )
 

@@ -261,7 +261,7 @@ def _t_stop(settings: Settings, got: Readings) -> Row:
         return Row("T-stop", NONE, "", meaning)
     of = coating(settings, design(settings))
     return Row(f"T-stop, {of.name}", _f_number(got.t_number, "T "), "",
-               f"{meaning}. Assumes {of.name} glass: {of.why}. The popup “Stop” sets the coating")
+               f"{meaning}. Assumes {of.name} glass: {of.why}. The button “Flare” sets the coating")
 
 
 def _across(got: Readings) -> list[Row]:

@@ -117,6 +117,7 @@ class Session(WindowState):
         self.compilers.stop()                   # first: threads that wait for a kernel end with it
         self.export.cancel()
         self.snapshots.cancel()
+        self.chooser.flare.worker.stop()
         self.browsing.closed()
         self.editing.closed()
         self.analyses.stop()

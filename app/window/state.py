@@ -38,6 +38,7 @@ from lensbench.app.display.presenter import Presenter
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.dial import DialState
 from lensbench.app.panels.controls.controls import Chooser
+from lensbench.app.panels.controls.flare_popup import FlareState
 from lensbench.app.panels.light_field.controller import LightFieldController
 from lensbench.app.session.lens_shelf import Shelf
 from lensbench.app.session.notices import Request
@@ -47,6 +48,7 @@ from lensbench.app.settings.settings import RESTARTS_MOTION, RESTARTS_NOTHING
 from lensbench.app.window.dialogs import ExportDialog
 from lensbench.app.window.layouts import BENCH, LAYOUTS
 from lensbench.app.workers.compilers import Compilers
+from lensbench.app.workers.flare_worker import FlareWorker
 from lensbench.app.workers.render_worker import RenderWorker
 from lensbench.app.workers.study_workers import ChartWorker
 from lensbench.app.workers.task import Task
@@ -134,7 +136,8 @@ class WindowState:
 
     def __init__(self, settings: Settings, remember: bool = True, threads: int | None = None):
         self.requests: set[Request] = set()
-        self.view, self.chooser, self.dials = View(requests=self.requests), Chooser(requests=self.requests), DialState()
+        self.view, self.dials = View(requests=self.requests), DialState()
+        self.chooser = Chooser(requests=self.requests, flare=FlareState(FlareWorker(self.wake)))
         self.compilers = Compilers(self.wake)
         self.compilers.begin()
         settings = self.showable(settings)

@@ -24,6 +24,7 @@ from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import angle, check_box, drop_list, explain, padlock, picked
 from lensbench.app.panels.controls import popups
 from lensbench.app.panels.controls.dials import dial_count, dials
+from lensbench.app.panels.controls.flare_popup import FlareState, flare_in_use, flare_popup
 from lensbench.app.panels.controls.popups import can_disperse, dispersion_popup, focus_popup
 from lensbench.app.scenes.scene_file import SceneFileError, cached_scene
 from lensbench.app.session.edited_lens import edit_mark
@@ -51,6 +52,7 @@ class Chooser:
     equivalent: bool = False                                # another film keeps field of view and depth of field
     locked: set[str] = field(default_factory=set)           # LOCKS that another lens leaves as they are
     requests: set[Request] = field(default_factory=set)     # of the window
+    flare: FlareState = field(default_factory=FlareState)
     heights: dict[str, float] = field(default_factory=dict)     # pixels that the content of each popup needs
     kept: tuple[tuple, float] | None = None                 # the subject's size, and where the camera showed it so
 
@@ -93,26 +95,26 @@ def _more(settings: Settings, chooser: Chooser) -> Settings:
     """A row of flat buttons below the dials, each with a popup of less common settings."""
     colour = theme.colours()
     parts: list[tuple[str, str, bool, Callable[[Settings], Settings]]] = [
-        ("Motion", "Shutter, keyframes of the camera, rolling shutter", popups.shutter_in_use(settings),
+        ("Shutter", "Shutter time, keyframes of the camera, rolling shutter", popups.shutter_in_use(settings),
          popups.motion_popup),
-        ("Sensor", "The sensor that records the picture, and its noise", popups.sensor_in_use(settings),
+        ("Noise", "The sensor that records the picture, and its noise", popups.sensor_in_use(settings),
          popups.sensor_popup)]
     if settings.has_stop:
-        parts.append(("Stop", "The shape of the iris, and the coating for the T-stop", popups.stop_in_use(settings),
-                      partial(popups.stop_popup, requests=chooser.requests)))
+        parts.append(("Flare", "Ghosts and stars of lights; blades and coating, which shape them",
+                      flare_in_use(settings), partial(flare_popup, state=chooser.flare, requests=chooser.requests)))
     if settings.has_lens:
-        parts.append(("Focus", "How the film is focused; tilt, swing, rise, shift, curvature",
+        parts.append(("Tilt/shift", "How the film is focused; tilt, swing, rise, shift, curvature",
                       settings.focus_position != "auto" or popups.film_dials_in_use(settings), focus_popup))
     if can_disperse(settings):
         parts.append(("Colour", "Dispersion of the glasses: the colour errors of the lens",
                       settings.dispersion != "auto", dispersion_popup))
     parts.append(("Air", "Fog or water in front of the camera", popups.medium_in_use(settings), popups.air_popup))
     style = imgui.get_style()
-    imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(4.5 * theme.scale(), style.frame_padding.y))
+    imgui.push_style_var(imgui.StyleVar_.frame_padding, ImVec2(3.5 * theme.scale(), style.frame_padding.y))
     for name, tip, used, content in parts:
         imgui.push_style_color(imgui.Col_.button, imgui.ImVec4(0.0, 0.0, 0.0, 0.0))
         imgui.push_style_color(imgui.Col_.text, imgui.ImVec4(*(colour.strong if used else colour.dim)))
-        if imgui.button(f"{name}###{name}"):
+        if imgui.button(f"{name}###Drawer {name.partition('/')[0]}"):
             imgui.open_popup(name)
         imgui.pop_style_color(2)
         explain(tip)

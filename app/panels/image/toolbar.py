@@ -7,7 +7,6 @@ The menus of the render's tools: size and look of the picture, its views, and th
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
 
 from imgui_bundle import ImVec2, icons_fontawesome_6, imgui
 
@@ -65,12 +64,6 @@ def picture_menu(settings: Settings, view: View) -> Settings:
     imgui.set_item_tooltip("Trace lamps, lit windows and what mirrors, panes and balls show of them from the light\n"
                            "to the film, so that their blur is smooth in the first frame. Off: the camera's rays\n"
                            "have to find them, which comes to the same picture later")
-    chosen = _added(chosen, "ghosts", "ghost_strength", "Add light of the sun and of small lights that two surfaces of "
-                    "the lens reflect to the\nfilm, true to scale. The coating is that of the popup “Stop”. Not where "
-                    "anything moves")
-    chosen = _added(chosen, "stars", "star_strength", "Add light of the sun and of small lights that the edges of the "
-                    "blades diffract:\nn rays for an even number of blades, 2 n for an odd one, longer with a "
-                    "smaller stop, true\nto scale. Not where anything moves")
     imgui.separator()
     for i, (key, name) in enumerate(TONES.items()):
         _label("Tone", i == 0, i, 4.6)
@@ -111,22 +104,6 @@ def comparison_menu(settings: Settings, pinned: Settings | None, view: View) -> 
         settings = replace(pinned, compare=settings.compare, wipe=settings.wipe, overlay=settings.overlay)
     imgui.set_item_tooltip("Apply all settings of the picture A (undo to go back)")
     return settings
-
-
-def _added(settings: Settings, field: str, strength: str, tip: str) -> Settings:
-    """A switch for light that is added to the picture, with its strength where it is on; the fields of both."""
-    on = check_box(field.capitalize(), getattr(settings, field))
-    imgui.set_item_tooltip(tip)
-    changes: dict[str, Any] = {} if on == getattr(settings, field) else {field: on}
-    if getattr(settings, field):
-        imgui.same_line()
-        imgui.set_next_item_width(theme.em(7.0))
-        changed, value = imgui.slider_float(f"###{field} strength", getattr(settings, strength), 0.1, 100.0, "× %.3g",
-                                            imgui.SliderFlags_.logarithmic)
-        imgui.set_item_tooltip(f"Strength of the {field}; × 1 is true to scale with the direct light")
-        if changed:
-            changes[strength] = value
-    return replace(settings, **changes) if changes else settings
 
 
 def _label(text: str, first: bool, column: int, width: float) -> None:

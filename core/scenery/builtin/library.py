@@ -10,7 +10,7 @@ from lensbench.core.lazy import called
 from lensbench.core.scenery.builtin.charts import focus_ruler, grid_wall, resolution_chart, white_wall
 from lensbench.core.scenery.builtin.indoors import room, still_life
 from lensbench.core.scenery.builtin.outdoors import fairground, foliage
-from lensbench.core.scenery.builtin.streets import dusk_street, night_lights
+from lensbench.core.scenery.builtin.streets import dusk_street, low_sun, night_lights
 from lensbench.core.scenery.objects.basic_shapes import Sphere
 from lensbench.core.scenery.objects.material import Material
 from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
@@ -22,7 +22,7 @@ SHIPPED = ("portrait", "table", "product-shot", "mirror-balls", "forest", "ballo
 _MAKERS: dict[str, Callable[[], Scene]] = {
     "still-life": still_life, "night-lights": night_lights, "focus-ruler": focus_ruler, "grid-wall": grid_wall,
     "white-wall": white_wall, "room": room, "fairground": fairground, "foliage": foliage, "dusk-street": dusk_street,
-    "test-chart": resolution_chart,
+    "low-sun": low_sun, "test-chart": resolution_chart,
     **{name: partial(called, "app.scenes.scene_file", "shipped_scene", name) for name in SHIPPED}}
 SCENES = tuple(_MAKERS)
 

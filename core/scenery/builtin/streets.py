@@ -6,7 +6,7 @@ from lensbench.core.scenery.builtin.building_parts import BEAM, bicycle, letteri
 from lensbench.core.scenery.objects.basic_shapes import Disk, Rectangle, Sphere
 from lensbench.core.scenery.objects.material import Image, Material, Pattern
 from lensbench.core.scenery.objects.mesh import Mesh
-from lensbench.core.scenery.objects.surroundings import Floor, Sky
+from lensbench.core.scenery.objects.surroundings import Floor, Sky, Sun
 from lensbench.core.scenery.scene import Framing, Scene
 from lensbench.core.scenery.values import Triple, triple
 
@@ -133,6 +133,26 @@ def dusk_street() -> Scene:
                  floor=Floor(GROUND, 480.0, (0.17, 0.16, 0.16), (0.14, 0.135, 0.135), gloss=0.94),
                  spheres=tuple(lights), plates=(*signs, *posts, *puddle), meshes=(*houses, *ridden),
                  ambient=(0.02, 0.022, 0.035), depth_range=(2000.0, 70e3), subject=(BICYCLE, 1560.0), exposure=1.0)
+
+
+def low_sun() -> Scene:
+    """The sun stands low over a wet street, among small bright lamps: they have stars at f/16, and the sun ghosts."""
+    houses: list[Mesh] = []
+    for side, near, bays, seed in ((-1.0, 3000.0, 5, 1), (-1.0, 12500.0, 4, 6), (-1.0, 20100.0, 5, 11),
+                                   (1.0, 7000.0, 3, 2)):
+        houses += _house(side, near, near + 1900.0 * bays, bays, 2, seed)
+    posts, lamps = [], []
+    for z in (6500.0, 9500.0, 14000.0, 20000.0, 28000.0, 38000.0):
+        for x in (-2450.0, 2450.0):
+            posts.append(Rectangle((x, GROUND + 1300.0, -z), (35.0, 0.0, 0.0), (0.0, 1300.0, 0.0),
+                                   Material((0.03, 0.03, 0.035))))
+            lamps.append(Sphere((x, GROUND + 2640.0, -z), 22.0, Material((2600.0, 1900.0, 1050.0), "light")))
+    ridden = bicycle(-0.55, np.array([60.0, GROUND, -BICYCLE]), Material((0.03, 0.16, 0.40), "coat", gloss=0.97))
+    return Scene("low-sun", sun=Sun((0.105, 0.10, -1.0), (1.7, 0.95, 0.42)),
+                 sky=Sky((0.01, 0.05, 0.22), (0.34, 0.15, 0.07), (0.05, 0.04, 0.04)),
+                 floor=Floor(GROUND, 480.0, (0.17, 0.16, 0.16), (0.14, 0.135, 0.135), gloss=0.94),
+                 spheres=tuple(lamps), plates=tuple(posts), meshes=(*houses, *ridden),
+                 ambient=(0.07, 0.07, 0.09), depth_range=(2000.0, 70e3), subject=(BICYCLE, 1560.0))
 
 
 STREET = -1350.0        # mm, the street below the camera

@@ -178,7 +178,7 @@ def test_a_settings_error_names_a_camera_that_is_none():
 def test_the_camera_is_keyframed_scrubbed_and_stilled_by_hand(drive):
     def use(hand):
         hand.picture()
-        hand.ctx.item_click("**/Motion")
+        hand.ctx.item_click("**/###Drawer Shutter")
         hand.ctx.item_click("//$FOCUSED/Move the camera")
         hand.ctx.yield_(2)
         assert hand.settings.end_position == SMALL.position and hand.settings.moment == SMALL.duration
@@ -187,7 +187,7 @@ def test_the_camera_is_keyframed_scrubbed_and_stilled_by_hand(drive):
         hand.drag(start, hand.at("**/Picture", 0.7, 0.5), button=1)
         hand.picture()
         assert hand.settings.end_position[0] < 0.0 and hand.settings.position == SMALL.position
-        hand.ctx.item_click("**/Motion")
+        hand.ctx.item_click("**/###Drawer Shutter")
         hand.drag(hand.at("**/Time", 0.9, 0.5), hand.at("**/Time", 0.5, 0.5))
         assert 0.0 < hand.settings.moment < SMALL.duration
         hand.drag(hand.at("**/Shutter", 0.6, 0.5), hand.at("**/Shutter", 0.3, 0.5))

@@ -130,7 +130,7 @@ def test_sensor_and_stop_are_set_by_hand_and_only_the_stop_renders_anew(drive):
         hand.ctx.yield_(2)
         hand.drag(hand.at("**/ISO", 0.2, 0.5), hand.at("**/ISO", 0.5, 0.5))
         hand.press(imgui.Key.escape)
-        hand.ctx.item_click("//Controls/Sensor")
+        hand.ctx.item_click("**/###Drawer Noise")
         hand.ctx.item_click("//$FOCUSED/Sensor with noise")
         hand.ctx.yield_(2)
         hand.ctx.item_click("//$FOCUSED/Bits 8")
@@ -144,7 +144,9 @@ def test_sensor_and_stop_are_set_by_hand_and_only_the_stop_renders_anew(drive):
         hand.ctx.item_click("**/Mode I")
         hand.ctx.yield_(2)
         assert hand.session.presenter.applied_exposure(hand.settings).iso != settings.iso
-        hand.ctx.item_click("**/Stop")
+        hand.ctx.item_click("**/###Drawer Flare")
+        hand.ctx.item_click("//$FOCUSED/Blades & coating")
+        hand.ctx.yield_(2)
         hand.ctx.item_click("//$FOCUSED/Blades 6")
         hand.picture()
         assert hand.settings.blades == 6 and hand.session.worker.generation > generation

@@ -94,7 +94,7 @@ def test_the_choice_is_made_by_hand_below_the_dials():
     def test(ctx):
         ctx.yield_(3)
         assert seen["ends"] < 262.0
-        ctx.item_click("**/Focus")
+        ctx.item_click("**/###Drawer Tilt")
         ctx.item_click("//$FOCUSED/Paraxial")
         ctx.yield_(2)
 

@@ -207,7 +207,7 @@ def test_the_dials_of_a_view_camera_are_turned_by_hand_and_set_back():
 
     def test(ctx):
         ctx.yield_(3)
-        ctx.item_click("**/Focus")
+        ctx.item_click("**/###Drawer Tilt")
         ctx.yield_(3)
         for name in ("Tilt", "Rise"):
             ctx.mouse_move(f"**/{name}")

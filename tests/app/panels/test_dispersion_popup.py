@@ -80,7 +80,7 @@ def test_by_hand(drive, tmp_path):
     def test(hand):
         hand.picture()
         assert colours(hand.settings).used
-        hand.ctx.item_click("**/###Colour")
+        hand.ctx.item_click("**/###Drawer Colour")
         hand.ctx.item_click("**/Off")
         hand.picture()
         assert hand.settings.dispersion == "off"
@@ -89,5 +89,5 @@ def test_by_hand(drive, tmp_path):
 
     def without(hand):
         hand.picture()
-        assert not hand.ctx.item_exists("**/###Colour")
+        assert not hand.ctx.item_exists("**/###Drawer Colour")
     drive(without, NAMELESS)

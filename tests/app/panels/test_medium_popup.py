@@ -59,7 +59,7 @@ def test_fog_is_made_by_hand(drive):
     def use(hand):
         hand.picture()
         clear = hand.session.presenter.update.image
-        hand.ctx.item_click("**/Air")
+        hand.ctx.item_click("**/###Drawer Air")
         hand.ctx.item_click("//$FOCUSED/Medium fog")
         hand.picture()
         assert hand.settings == replace(SMALL, medium="fog")

@@ -406,14 +406,17 @@ def test_a_picture_is_put_into_the_stop_and_taken_out(drive, tmp_path):
     def use(hand):
         hand.picture()
         for path in (black, heart):
-            hand.ctx.item_click("//Controls/Stop")
+            hand.ctx.item_click("**/###Drawer Flare")
+            if path == black:
+                hand.ctx.item_click("//$FOCUSED/Blades & coating")
+                hand.ctx.yield_(2)
             hand.ctx.item_click("//$FOCUSED/Picture")
             hand.ctx.item_input_value("//###File/##Name", str(path))
             hand.ctx.yield_(3)
             assert hand.settings.stop_image == ("" if path == black else str(heart))
         assert any("passes no light" in message for message in hand.session.view.messages)
         hand.picture()
-        hand.ctx.item_click("//Controls/Stop")
+        hand.ctx.item_click("**/###Drawer Flare")
         hand.ctx.yield_(3)
         hand.photograph(tmp_path / "popup.png")
         hand.ctx.item_click("//$FOCUSED/Clear")
@@ -434,7 +437,8 @@ def test_the_picture_of_the_lens_is_taken_out_of_its_stop_and_put_back(drive, tm
 
     def use(hand):
         hand.picture()
-        hand.ctx.item_click("//Controls/Stop")
+        hand.ctx.item_click("**/###Drawer Flare")
+        hand.ctx.item_click("//$FOCUSED/Blades & coating")
         hand.ctx.yield_(2)
         hand.ctx.item_click("//$FOCUSED/Clear")
         hand.ctx.yield_(2)

@@ -12,7 +12,7 @@ from lensbench.core.kernels.block import BLUE, GREEN, RED, V0, V1, L, M, N, X, Y
 from lensbench.core.kernels.program import Program
 from lensbench.core.scenery.builtin.library import SHIPPED
 
-WITH_MESHES = (*SHIPPED, "foliage", "dusk-street")        # their stages are compiled by slow tests alone
+WITH_MESHES = (*SHIPPED, "foliage", "dusk-street", "low-sun")         # their stages are compiled by slow tests alone
 ALL = (*(pytest.param(name, marks=pytest.mark.slow) if name in WITH_MESHES else name for name in lb.SCENES),
        "benchmark")
 
