@@ -1,6 +1,6 @@
 """Contact sheets: pictures of several lenses in one framing, or snapshots, with captions, in one file.
 
-A `.png`, `.jpg` or still `.webp` shows them in a grid, a `.gif` or moving `.webp` one after the other.
+A `.png` or `.jpg` shows them in a grid, a `.gif` or `.webp` one after the other.
 """
 
 import math
@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 GRIDS, MOVING = (".png", ".jpg", ".jpeg"), (".gif", ".webp")
 SUFFIXES = (*GRIDS, *MOVING)
 COUNTS = ("one two three four five six seven eight nine ten eleven twelve").split()
+NEAR = 0.06                     # by which a focal length may differ from the one that is engraved
 MOST = 48                       # pictures of one sheet
 WIDEST = 12_000                 # pixels of a sheet, across or down
 GROUND, STRONG, DIM = (28, 28, 28), (242, 242, 242), (150, 150, 150)
@@ -56,12 +57,18 @@ class Cell:
 def found_lenses(text: str, count: int = 6) -> tuple[list[str], int]:
     """Names of the lenses of the library that a text describes, and how many of them it asks for, else `count`.
 
-    Such a text is “six 50 mm lenses”; the most relevant come first. ValueError where no lens matches.
+    Such a text is “six 50 mm lenses”; primes and the most relevant come first. ValueError where no lens matches.
     """
     match = re.fullmatch(rf"\s*((?:{'|'.join(COUNTS)})\b|\d+(?=\s+\d))?\s*(.*?)(\s+lens(es)?)?\s*", text.lower())
     assert match is not None
     count = count if match[1] is None else COUNTS.index(match[1]) + 1 if match[1] in COUNTS else int(match[1])
-    names = [card.name for card in search.searched(lenses.describe(), match[2])][:MOST]
+    cards, words = lenses.describe(), match[2]
+    if (length := re.search(r"\b(\d{1,4}) ?mm\b", words)) is not None:        # not of a number in a note or a range
+        nominal, words = float(length[1]), words.replace(length[0], "")
+        cards = search.filtered(cards, focal=((1.0 - NEAR) * nominal, (1.0 + NEAR) * nominal))
+    title = "" if length is None else f"{length[1]} mm"
+    ranked = sorted(search.searched(cards, words), key=lambda card: (card.zooms, title not in card.title))
+    names = [card.name for card in ranked][:MOST]
     if not names:
         raise ValueError(f"no lens of the library matches “{match[2]}”: type a focal length, a maker or a kind, such "
                          "as six 50 mm lenses")

@@ -39,6 +39,7 @@ GESTURES = (                    # of the mouse, for the sheet of keys
     ("On a dial", "drag, click, wheel; Ctrl+click types, double click resets"),
     ("In a plot", "drag to pan, wheel to zoom, double click to fit"),
     ("In the table of surfaces", "drag, click or Enter, Ctrl+arrows; Insert, Delete, Alt+arrows; right click"),
+    ("Among the snapshots", "click or Alt+1 to Alt+9 open, the badge A and a click compare, Ctrl+click marks"),
     ("In the lens browser", "click or arrows try, Enter keeps, Escape returns"),
 )
 

@@ -1,14 +1,14 @@
 """The dialog *Contact sheet*: which lenses are rendered in the current framing, and how large."""
 
+import re
 from dataclasses import replace
 
 from imgui_bundle import ImVec2, imgui
 
-from lensbench import lenses
-from lensbench.app.bench.camera_kinds import readings
 from lensbench.app.bench.constraints import with_longer_side
 from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import check_box, paragraph, warning
+from lensbench.app.panels.controls.controls import lens_title
 from lensbench.app.panels.lens_browser import BrowserState
 from lensbench.app.session.contact_sheet import MOST, found_lenses
 from lensbench.app.session.lens_shelf import film_name
@@ -16,7 +16,6 @@ from lensbench.app.session.notices import Request
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_f_number
 from lensbench.app.window.dialogs import centre_next
-from lensbench.core.text import fixed
 
 TITLE = "Contact sheet"
 
@@ -34,11 +33,9 @@ class ContactSheetDialog:
 
     def open(self, settings: Settings) -> None:
         """Show the dialog, with lenses of the focal length of these settings."""
-        efl = readings(settings).efl if settings.has_lens else None
+        length = re.search(r"\d+(?= mm)", lens_title(settings.lens)) if settings.has_lens else None
         self._opens = True
-        self._search(f"six {fixed(efl, 0)} mm lenses" if efl else "six 50 mm lenses")
-        if not self._names:
-            self._search("six 50 mm lenses")
+        self._search(f"six {length[0] if length else 50} mm lenses")
 
     def _search(self, text: str) -> None:
         self._text, self._problem = text, ""
@@ -97,9 +94,7 @@ class ContactSheetDialog:
             imgui.set_item_tooltip(tip)
         if imgui.begin_child("Chosen", ImVec2(0.0, theme.em(13.0)), imgui.ChildFlags_.frame_style):
             for name in self._names:
-                card = lenses.card(name)
-                title = name if card is None else card.title
-                if check_box(f"{title}###{name}", name in self._chosen):
+                if check_box(f"{lens_title(name)}###{name}", name in self._chosen):
                     self._chosen.add(name)
                 else:
                     self._chosen.discard(name)
