@@ -51,9 +51,11 @@ def view(arguments: argparse.Namespace) -> int:
         from lensbench.app.window import window
 
     kept = arguments.settings is not None or carries_settings(arguments.lens or "")
+    file = "The settings file" if arguments.settings else "The state text" if kept else ""
     follows = arguments.size is None and not kept       # the pixels of a size or a file that was asked for stay
     try:
-        is_early = window.run(settings, screenshot=screenshot, follows=follows, opened=opened)
+        is_early = window.run(settings, screenshot=screenshot, follows=follows, opened=opened,
+                              file=file if arguments.size is None else "")
     except OSError as error:
         raise UsageError(f"{screenshot}: {error.strerror}" if error.strerror else str(error)) from error
     if screenshot is None:

@@ -205,6 +205,20 @@ def two_lines(text: str, width: float) -> list[str]:
     return [first, theme.shortened(text[len(first):].strip(), width)]
 
 
+def applies(label: str, width: float = 0.0) -> bool:
+    """The button that applies a dialog, `width` em wide; Enter presses it, unless it ends a text or has an item."""
+    pressed = imgui.button(label, ImVec2(theme.em(width), 0.0))
+    enter = any(imgui.is_key_pressed(key, False) for key in (imgui.Key.enter, imgui.Key.keypad_enter))
+    chosen = imgui.get_io().nav_visible or imgui.get_io().want_text_input
+    disabled = imgui.get_style().alpha < 1.0            # of begin_disabled
+    return pressed or enter and not chosen and not disabled
+
+
+def cancels(label: str, width: float = 0.0) -> bool:
+    """The button that closes a dialog without an effect, `width` em wide; Escape presses it."""
+    return imgui.button(label, ImVec2(theme.em(width), 0.0)) or imgui.is_key_pressed(imgui.Key.escape)
+
+
 def begin_fitted_dialog(title: str) -> bool:
     """Open and begin the dialog; False while it is not drawn. `imgui.end_popup` ends it after True."""
     if not imgui.is_popup_open(title):

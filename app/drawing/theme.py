@@ -133,8 +133,17 @@ def em(x: float) -> float:
 
 
 def scale() -> float:
-    """The scale of this screen: for line weights and pixel lengths in draw lists."""
-    return hello_imgui.dpi_window_size_factor()
+    """The scale of this screen, or the one that was chosen: for line weights and pixel lengths in draw lists."""
+    return hello_imgui.dpi_window_size_factor() * imgui.get_style().font_scale_main
+
+
+def choose_scale(factor: float, dark: bool) -> None:
+    """Draw the open window this many times as large as on a screen of 96 dpi; 0: as its screen asks for."""
+    style = imgui.get_style()
+    style.font_scale_main = factor / hello_imgui.dpi_window_size_factor() if factor else 1.0
+    style_imgui(dark)
+    style.scale_all_sizes(hello_imgui.dpi_window_size_factor())
+    style_implot()
 
 
 def look() -> tuple[bool, float, float]:
@@ -175,7 +184,7 @@ def load_font() -> None:
 
 
 def style_imgui(dark: bool) -> None:
-    """Sizes and colours of imgui; hello_imgui scales the sizes to the screen afterwards."""
+    """Sizes, at the scale that was chosen, and colours of imgui; hello_imgui scales them to the screen afterwards."""
     style = imgui.get_style()
     style.window_padding = ImVec2(10, 8)
     style.frame_padding = ImVec2(7, 3)
@@ -197,6 +206,7 @@ def style_imgui(dark: bool) -> None:
     style.window_menu_button_position = imgui.Dir.none
     style.disabled_alpha = 0.45
     style.anti_aliased_lines = style.anti_aliased_fill = True
+    style.scale_all_sizes(style.font_scale_main)
     colour_imgui(palette(dark))
 
 
@@ -244,15 +254,15 @@ def colour_imgui(c: Palette) -> None:
 
 
 def style_implot() -> None:
-    """Sizes and colours of implot; hello_imgui scales the sizes to the screen afterwards."""
-    style = implot.get_style()
+    """Sizes and colours of implot, at the scale in use."""
+    style, pixel = implot.get_style(), scale()
     style.plot_border_size = 0
     style.major_tick_len = style.minor_tick_len = ImVec2(0, 0)
-    style.major_grid_size = style.minor_grid_size = ImVec2(1, 1)
+    style.major_grid_size = style.minor_grid_size = ImVec2(pixel, pixel)
     style.minor_alpha = 0.45
-    style.plot_padding = ImVec2(2, 4)
-    style.label_padding = ImVec2(4, 3)
-    style.plot_min_size = ImVec2(40, 40)
+    style.plot_padding = ImVec2(2 * pixel, 4 * pixel)
+    style.label_padding = ImVec2(4 * pixel, 3 * pixel)
+    style.plot_min_size = ImVec2(40 * pixel, 40 * pixel)
     colour_implot()
 
 

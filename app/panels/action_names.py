@@ -37,6 +37,8 @@ ACTION_NAMES: dict[str, Named] = {
                        "pupil, the plan and the panel “Pixel”"),
     "Look around": Named(tip="Look around inside the panorama: drag to turn, wheel for the angle of view, double click "
                          "to look ahead"),
+    "Render follows window": Named(tip="One pixel of the picture for each pixel of the screen that shows it; otherwise "
+                                   "the picture keeps the pixels that it has"),
     "Reset camera": Named("Home", VIEW, "Move the camera to where the scene opens, framed and focused on its subject"),
     "Pin picture as A": Named("A", COMPARISON, "Keep the current picture as the reference A; it goes on refining"),
     "Compare side by side": Named("S", COMPARISON, "Reference A at the left, current picture at the right"),

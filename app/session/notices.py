@@ -24,7 +24,7 @@ class Notice:
     lens: the setting of the lens that it is about. file: the file that cannot be read. "" for none.
     change: it is about the change of settings in the frame in which it is said. step: of the history, that this change
     made; 0 until that frame ends. about: the kind of work that it reports, whose next report replaces it; "" for none.
-    seen: seconds that it was in sight.
+    seen: seconds that it was in sight. offer: the text of a button, and what it requests.
     """
 
     text: str
@@ -35,6 +35,7 @@ class Notice:
     step: int = 0
     about: str = ""
     seen: float = 0.0
+    offer: "tuple[str, Request] | None" = None
 
 
 class Notices:
@@ -72,7 +73,7 @@ class Notices:
         """Count the seconds that some were in sight, and dismiss those whose time is over."""
         self._all = [replace(notice, seen=notice.seen + seconds) if notice in shown else notice
                      for notice in self._all]
-        self.forget(lambda notice: notice.seen > SECONDS.get(notice.kind, math.inf))
+        self.forget(lambda notice: notice.offer is None and notice.seen > SECONDS.get(notice.kind, math.inf))
 
     def follow(self, lens: str, step: int) -> None:
         """At a frame's end, dismiss what is about another lens, or about a change that undo has taken back."""
@@ -124,6 +125,7 @@ class Request(Enum):
     BROWSE_LENSES = auto()
     IMPROVE_LENS = auto()
     RESET_LAYOUT = auto()
+    FOLLOW_WINDOW = auto()              # with the pixels of the picture, or keep those that it has
     HIDE_PANELS = auto()                # or show them again
     FULL_SCREEN = auto()                # or leave it
     SHOW_HELP = auto()

@@ -19,7 +19,7 @@ from lensbench.app.session.notices import Request
 from lensbench.app.settings.setting_table import VIEWS
 from lensbench.app.settings.settings import Settings
 from lensbench.app.window.layouts import LAYOUTS
-from lensbench.app.window.state import WindowState
+from lensbench.app.window.state import SCALES, WindowState
 from lensbench.lenses import WRITERS
 
 NOTHING_PINNED = "Nothing to compare with yet: pin a picture as A first (A)"
@@ -202,7 +202,8 @@ RUNS: dict[str, Callable[[WindowState], None] | Request] = {
     "Turn dials by keys": lambda state: state.dials.take_keyboard(),
     "Focus nearer": _turned(FOCUS, -1), "Focus farther": _turned(FOCUS, 1), "Open aperture": _turned(APERTURE, -1),
     "Close aperture": _turned(APERTURE, 1), "Expose less": _turned("exposure", -1),
-    "Expose more": _turned("exposure", 1), "Hide panels": Request.HIDE_PANELS, "Full screen": Request.FULL_SCREEN,
+    "Expose more": _turned("exposure", 1), "Render follows window": Request.FOLLOW_WINDOW,
+    "Hide panels": Request.HIDE_PANELS, "Full screen": Request.FULL_SCREEN,
     "Keys and mouse": Request.SHOW_HELP, "What the terms mean": Request.SHOW_TERMS,
     "Lens browser…": Request.BROWSE_LENSES, "Open…": Request.OPEN, "Adjust scene…": Request.ADJUST_SCENE,
     "Save scene as…": Request.SAVE_SCENE, "Save lens…": Request.SAVE_LENS,
@@ -228,7 +229,8 @@ CHECKED: dict[str, Callable[[WindowState], bool]] = {
     "Pin pixel": lambda state: state.view.links.pinned is not None,
     "Magnifier": lambda state: state.view.magnifier > 0,
     "Make these sharp": lambda state: state.view.sharp_pick,
-    "Hide panels": lambda state: state.panels_hidden, "Full screen": lambda state: state.full_screen is not None,
+    "Render follows window": lambda state: state.view.follows, "Hide panels": lambda state: state.panels_hidden,
+    "Full screen": lambda state: state.full_screen is not None,
     "Dark theme": lambda state: state.dark, "Light theme": lambda state: not state.dark}
 
 
@@ -237,6 +239,12 @@ def _action(name: str, named: Named) -> Action:
     tip = f"The suffix sets the format: {' '.join(WRITERS)}" if name == "Save lens…" else named.tip
     return Action(name, _requested(run) if isinstance(run, Request) else run, named.keys, named.group, tip,
                   ENABLED.get(name, _always), CHECKED.get(name, _never))
+
+
+def _scale(scale: float) -> Action:
+    return Action(f"Scale: {SCALES[scale]}", lambda state: state.choose_scale(scale),
+                  tip="Size of texts and controls; the panels are laid out anew",
+                  checked=lambda state: state.scale == scale)
 
 
 def _layout(name: str) -> Action:
@@ -249,7 +257,7 @@ ACTIONS: dict[str, Action] = {action.name: action for action in (
     *(Action(f"Try this: {trial.title}", _trial(trial), tip=trial.about) for trial in TRIALS),
     *(Action(f"Exposure mode: {title if letter in ('off', 'I') else f'{letter}, {title}'}", _mode(letter))
       for letter, (title, _) in MODES.items()),
-    *map(_layout, LAYOUTS))}
+    *map(_layout, LAYOUTS), *map(_scale, SCALES))}
 
 
 class Keyboard:

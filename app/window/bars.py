@@ -22,7 +22,7 @@ from lensbench.app.window.actions import ACTIONS
 from lensbench.app.window.analyses import PANELS
 from lensbench.app.window.dialogs import centre_next
 from lensbench.app.window.layouts import LAYOUTS
-from lensbench.app.window.state import WindowState
+from lensbench.app.window.state import SCALES, WindowState
 from lensbench.app.workers.render_job import RenderUpdate
 from lensbench.app.workers.task import Task
 from lensbench.core.text import fixed, significant
@@ -90,13 +90,33 @@ def _layouts(state: WindowState) -> None:
         imgui.end_menu()
 
 
+def _scales(state: WindowState) -> None:
+    if imgui.begin_menu("Scale"):
+        for title in SCALES.values():
+            _item(f"Scale: {title}", state, title)
+        imgui.end_menu()
+
+
+def _themes(state: WindowState) -> None:
+    if imgui.begin_menu("Theme"):
+        _item("Dark theme", state)
+        _item("Light theme", state)
+        imgui.end_menu()
+
+
 def _panels(state: WindowState) -> None:
     """Show and hide panels, those for analysis in a menu of their own; one that is shown comes to the front."""
-    panels = hello_imgui.get_runner_params().docking_params.dockable_windows
-    if imgui.begin_menu("Analysis"):
-        _switches([panel for panel in panels if panel.label in PANELS])
+    panels = {panel.label: panel for panel in hello_imgui.get_runner_params().docking_params.dockable_windows}
+    grouped = {*PANELS, *(name for group in GROUPS for name in group), "Render"}
+    if imgui.begin_menu("Panels"):
+        for i, group in enumerate((*GROUPS, [name for name in panels if name not in grouped])):
+            if i and group:
+                imgui.separator()
+            _switches([panels[name] for name in group])
         imgui.end_menu()
-    _switches([panel for panel in panels if panel.label not in (*PANELS, "Render")])
+    if imgui.begin_menu("Analysis"):
+        _switches([panel for name, panel in panels.items() if name in PANELS])
+        imgui.end_menu()
 
 
 def _switches(panels: list[hello_imgui.DockableWindow]) -> None:
@@ -113,13 +133,18 @@ def _trials(state: WindowState) -> None:
 
 
 SEPARATOR = ""
+GROUPS = (                      # of panels: lens and camera, drawings, what a point becomes, methods
+    ("Controls", "Read-outs", "Lens card", "Surfaces"), ("Section", "Plan", "3-D"),
+    ("Circle of confusion", "Exit pupil", "Falloff", "Pixel"), ("Spaces", "Models", "Stability"),
+    ("Light field", "Snapshots"))
 MENUS: dict[str, tuple[str | Callable[[WindowState], None], ...]] = {
     "File": ("Lens browser…", "Open…", _recent, "Adjust scene…", SEPARATOR, "Save lens…", "Save lens edits",
              "Revert lens", "Save scene as…", "Save settings…", "Export…", "Save picture…", "Save screenshot…",
              "Contact sheet…", SEPARATOR, "Quit"),
     "Edit": ("Undo", "Redo", SEPARATOR, "Command palette…", "Improve lens…", "Reset all"),
-    "View": (_layouts, _panels, SEPARATOR, "Make these sharp", "Pin pixel", "Magnifier", "Reset camera", SEPARATOR,
-             "Dark theme", "Light theme", SEPARATOR, "Reset layout"),
+    "View": (_layouts, _panels, "Reset layout", SEPARATOR, "Hide panels", "Full screen", _scales, _themes, SEPARATOR,
+             "Fit picture", "Zoom to 100 %", "Render follows window", SEPARATOR, "Magnifier", "Pin pixel",
+             "Make these sharp", "Reset camera"),
     "Help": ("Keys and mouse", "What the terms mean", SEPARATOR, _trials)}
 
 

@@ -17,7 +17,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6, imgui, portable_file_dialo
 
 from lensbench.app.bench.constraints import with_longer_side
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import paragraph, radio, warning
+from lensbench.app.drawing.controls import applies, cancels, paragraph, radio, warning
 from lensbench.app.panels.snapshots import task_progress
 from lensbench.app.session.notices import Request
 from lensbench.app.session.picture_render import export_render
@@ -198,7 +198,7 @@ class FilePrompt:
             else:
                 return path
         imgui.same_line()
-        if imgui.button("Cancel", ImVec2(theme.em(6.0), 0.0)) or imgui.is_key_pressed(imgui.Key.escape):
+        if cancels("Cancel", 6.0):
             self._question = None
             imgui.close_current_popup()
         return None
@@ -296,7 +296,7 @@ class ExportDialog:
             return message
         if self._task is not None:
             task_progress(self._task)
-            if imgui.button("Close", ImVec2(theme.em(6.0), 0.0)) or imgui.is_key_pressed(imgui.Key.escape):
+            if cancels("Close", 6.0):
                 imgui.close_current_popup()
             imgui.set_item_tooltip("It goes on in the background")
         else:
@@ -354,7 +354,7 @@ class ExportDialog:
         # The buttons
         imgui.dummy(ImVec2(0.0, theme.em(0.3)))
         imgui.begin_disabled(not named)
-        if imgui.button("Render", ImVec2(theme.em(6.0), 0.0)):
+        if applies("Render", 6.0):
             self.path = with_format(path, suffix)
             self._task = self._export(settings, self.path, bits)
             imgui.close_current_popup()
@@ -367,7 +367,7 @@ class ExportDialog:
         imgui.set_item_tooltip("The picture on the screen, with the pixels and samples that it has")
         imgui.end_disabled()
         imgui.same_line()
-        if imgui.button("Cancel", ImVec2(theme.em(6.0), 0.0)) or imgui.is_key_pressed(imgui.Key.escape):
+        if cancels("Cancel", 6.0):
             imgui.close_current_popup()
 
     def _export(self, settings: Settings, path: Path, bits: int) -> Task[bool]:

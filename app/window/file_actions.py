@@ -150,7 +150,7 @@ class Files:
                 else:
                     self.form.waits = Photograph(path)
             else:
-                self._take(self._opened(path, kind, state.history.present), kind)
+                self._take(self._opened(path, kind, state.history.present), kind, path.name)
         except (ValueError, OSError) as error:
             text = str(error) if not isinstance(error, OSError) else f"{path}: {error.strerror or error}"
             state.view.say(text, about="open")
@@ -158,10 +158,11 @@ class Files:
         state.view.notices.forget(lambda notice: notice.about == "open")
         self._remember(path)
 
-    def _take(self, settings: Settings, kind: str) -> None:
+    def _take(self, settings: Settings, kind: str, name: str) -> None:
         state = self._state
-        if kind != "lens":
+        if kind != "lens" and state.view.follows:
             state.view.follows = False                  # its pixels are the file's
+            state.say_locked(name, settings)
         if settings.lens != state.history.present.lens:
             state.say_findings(settings)
         state.take(state.showable(settings))

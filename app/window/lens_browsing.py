@@ -20,6 +20,7 @@ from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.display.frame import Box
 from lensbench.app.display.small_textures import SmallTextures
 from lensbench.app.drawing import theme
+from lensbench.app.drawing.controls import applies, cancels
 from lensbench.app.panels.controls.controls import lens_name
 from lensbench.app.panels.lens_browser import BrowserState, lens_browser_panel
 from lensbench.app.panels.section_pictures import SectionLook
@@ -382,7 +383,7 @@ class LensEditing:
         when = datetime.fromtimestamp(unsaved.written).strftime("%d %b, %H:%M")
         imgui.text_wrapped(f"{lens_name(unsaved.settings).removesuffix(' *')} was changed and not saved ({when}).")
         imgui.dummy(imgui.ImVec2(0.0, theme.em(0.4)))
-        if imgui.button("Restore"):
+        if applies("Restore"):
             with suppress(ValueError, OSError):
                 self._window.take(self._window.showable(unsaved.settings))
                 self._before = self._window.history.present
@@ -397,7 +398,7 @@ class LensEditing:
             imgui.close_current_popup()
         imgui.set_item_tooltip("These edits are deleted")
         imgui.same_line()
-        if imgui.button("Ask again later") or imgui.is_key_pressed(imgui.Key.escape):
+        if cancels("Ask again later"):
             self._offers.clear()
             imgui.close_current_popup()
         imgui.end_popup()
@@ -408,7 +409,7 @@ class LensEditing:
         window = self._window
         imgui.text_wrapped(f"{Path(name).name} has changed on disk, and the lens has edits that are not saved.")
         imgui.dummy(imgui.ImVec2(0.0, theme.em(0.4)))
-        if imgui.button("Keep my edits") or imgui.is_key_pressed(imgui.Key.escape):
+        if applies("Keep my edits") or imgui.is_key_pressed(imgui.Key.escape):
             self._changed = None
             imgui.close_current_popup()
         imgui.set_item_tooltip("The file stays as it is; saving will replace it")

@@ -38,7 +38,7 @@ from lensbench.app.window.palette import Palette
 from lensbench.app.window.panels import Panels
 from lensbench.app.window.screen import switch_full_screen
 from lensbench.app.window.snapshots import Comparing, Snapshots
-from lensbench.app.window.state import WindowState, forget_derived, preference, texts
+from lensbench.app.window.state import SCALES, WindowState, forget_derived, preference, texts
 from lensbench.app.window.terms import Terms
 from lensbench.app.workers.task import Heap, Task
 from lensbench.core.kernels.cache import NotCompiledError
@@ -95,14 +95,18 @@ class Session(WindowState):
             layout = hello_imgui.load_lasting_pref("layout")
             if layout in LAYOUTS:
                 self.layout = layout
+            scale = preference("scale", 0.0)
+            self.scale = scale if scale in SCALES else 0.0
         theme.choose(self.dark)
+        if self.scale:
+            theme.choose_scale(self.scale, self.dark)
         io = imgui.get_io()
         io.config_error_recovery_enable_tooltip = False     # a message above the picture says it
         io.mouse_double_click_time = 0.45       # s, about as usual: 0.3 s pass in one slow frame
         glfw.set_drop_callback(glfw_window_hello_imgui(), self.dropped)
         if glfw.get_platform() != glfw.PLATFORM_NULL:   # which takes the least height for the greatest
-            glfw.set_window_size_limits(glfw_window_hello_imgui(), *(round(side * theme.scale()) for side in MINIMUM),
-                                        glfw.DONT_CARE, glfw.DONT_CARE)
+            glfw.set_window_size_limits(glfw_window_hello_imgui(), *(
+                round(side * hello_imgui.dpi_window_size_factor()) for side in MINIMUM), glfw.DONT_CARE, glfw.DONT_CARE)
         self.folding.opened()
 
     def closed(self) -> None:
@@ -193,6 +197,8 @@ class Session(WindowState):
         is_held = imgui.is_any_item_active() or any(imgui.is_mouse_down(button) for button in range(3))
         self.keep(is_held or self.panels.improving)
         self.follow_window(monotonic())
+        if self.view.follows:
+            self.view.notices.forget(lambda notice: notice.offer is not None)
         self._keep_locks()
         busy = self.light_field.occupies_processor or self.export.busy or self.browsing.occupies_processor \
             or self.snapshots.task is not None
@@ -278,6 +284,8 @@ class Session(WindowState):
             self.browsed = None
         if Request.RESET_LAYOUT in requests:
             self.folding.lay_out()
+        if Request.FOLLOW_WINDOW in requests:
+            self.view.follows = not self.view.follows
         if Request.HIDE_PANELS in requests:
             self.folding.hide()
         if Request.FULL_SCREEN in requests:

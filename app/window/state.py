@@ -41,7 +41,7 @@ from lensbench.app.panels.controls.controls import Chooser
 from lensbench.app.panels.controls.flare_popup import FlareState
 from lensbench.app.panels.light_field.controller import LightFieldController
 from lensbench.app.session.lens_shelf import Shelf
-from lensbench.app.session.notices import Request
+from lensbench.app.session.notices import Notice, NoticeKind, Request
 from lensbench.app.session.states import History
 from lensbench.app.settings.setting_table import DEEP
 from lensbench.app.settings.settings import RESTARTS_MOTION, RESTARTS_NOTHING
@@ -125,6 +125,7 @@ def forget_derived() -> None:
 
 
 DRAG_SECONDS = 0.1              # that a first pass may take during a drag, if the picture follows the window
+SCALES = {0.0: "As the screen asks for", **{percent / 100.0: f"{percent} %" for percent in (100, 125, 150, 175, 200)}}
 MOST_AROUND = 4.0               # a panorama in which one looks around has so many times the pixels of the room
 STILL_SECONDS = 0.25            # that the room for the picture stays the same before the picture takes its pixels
 
@@ -159,6 +160,7 @@ class WindowState:
         self.remember = remember                        # layout, theme and recent files, beyond this session
         self.export = ExportDialog(self.wake)
         self.dark = True
+        self.scale = 0.0                                # one of SCALES
         self.keyed = False                              # a panel has the keyboard for Tab and the arrows
         self.panels_hidden = False
         self.full_screen: tuple[int, int, int, int] | None = None       # place and size of the window before it
@@ -361,6 +363,20 @@ class WindowState:
         theme.choose(dark)
         if self.remember:
             hello_imgui.save_lasting_pref("theme", "dark" if dark else "light")
+
+    def choose_scale(self, scale: float) -> None:
+        """One of SCALES, from now on; the panels of the layout are laid out anew for it."""
+        self.scale = scale
+        theme.choose_scale(scale, self.dark)
+        self.requests.add(Request.RESET_LAYOUT)
+        if self.remember:
+            hello_imgui.save_lasting_pref("scale", json.dumps(scale))
+
+    def say_locked(self, file: str, settings: Settings) -> None:
+        """Show that a file has set the pixels of the picture, with a button that follows the window again."""
+        self.view.notices.say(Notice(
+            f"{file} sets {settings.pixels_x} × {settings.pixels_y} pixels: the picture no longer follows the window",
+            NoticeKind.NOTE, offer=("Follow window", Request.FOLLOW_WINDOW)))
 
     def choose_layout(self, name: str) -> None:
         """Lay the panels out as one of LAYOUTS, where they were left in it, with its white light of analyses.

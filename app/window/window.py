@@ -108,16 +108,18 @@ def _opengl_version() -> tuple[int, int] | None:
 
 
 def run(settings: Settings, screenshot: Path | str | None = None, follows: bool = False,
-        opened: Path | None = None) -> int:
+        opened: Path | None = None, file: str = "") -> int:
     """Open the window, return when it is closed: 0, or 1 if the picture was not ready in time for the screenshot.
 
     screenshot: open it on no display, save a picture of it there, and return; OSError if it cannot be written.
     OSError too where the driver's OpenGL is too old.
     follows: the picture has as many pixels as the window shows of it, and not those of the settings. opened: a file
-    that is opened in the first frame, as by *Open…*.
+    that is opened in the first frame, as by *Open…*. file: what has set the pixels of a picture that does not follow.
     """
     session = Session(settings, remember=screenshot is None)
     session.view.follows, session.reopened = follows, opened
+    if file and screenshot is None:
+        session.say_locked(file, settings)
     try:
         runner = parameters(session)
         if screenshot is not None:

@@ -87,7 +87,7 @@ def _over_ground(settings: Settings, picture: Picture, view: View) -> Settings:
         settings = _picture(settings, picture, view, ImVec2(corner.x + half.x, corner.y), half)
     else:
         settings = _picture(settings, picture, view, corner, room)
-    draw_notices(view.notices, corner, room)
+    draw_notices(view, corner, room)
     settings = draw_trials(settings, view, corner, room)
     if waits is not None:
         raise waits

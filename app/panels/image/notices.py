@@ -110,15 +110,17 @@ LONGEST_PATH = 48               # characters of a path that are shown where the 
 WIDEST_LIST, HIGHEST_LIST = 38.0, 20.0          # em
 
 
-def draw_notices(notices: Notices, corner: ImVec2, room: ImVec2) -> None:
+def draw_notices(view: View, corner: ImVec2, room: ImVec2) -> None:
     """Draw them over the picture, whose panel has this upper left corner and this room."""
+    notices = view.notices
     if not len(notices):
         return
     pixel, line = theme.scale(), imgui.get_text_line_height()
     shown = [*notices.errors()[:1], *notices.others()[:1]]
     buttons = theme.em(1.7) + (theme.em(3.6) if len(notices) > 1 else 0.0)
+    offers = {notice: imgui.calc_text_size(notice.offer[0]).x + theme.em(1.2) for notice in shown if notice.offer}
     inner = room.x - 20.0 * pixel - 2.0 * imgui.get_style().window_padding.x
-    width = max(inner - theme.em(1.6) - buttons, theme.em(4.0))
+    width = max(inner - theme.em(1.6) - buttons - max(offers.values(), default=0.0), theme.em(4.0))
     rows = [(notice, text_line) for notice in shown
             for text_line in (two_lines(_fitting(notice, 1.9 * width), width) if len(shown) == 1 else
                               [theme.shortened(_fitting(notice, width), width)])]
@@ -140,6 +142,10 @@ def draw_notices(notices: Notices, corner: ImVec2, room: ImVec2) -> None:
             if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip) and text != notice.text:
                 wrapped_tooltip([notice.text])
             if not i or rows[i - 1][0] is not notice:
+                if notice.offer is not None:
+                    imgui.set_cursor_pos(ImVec2(left + inner - buttons - offers[notice], top + i * line))
+                    if imgui.small_button(notice.offer[0]):
+                        view.requests.add(notice.offer[1])
                 imgui.set_cursor_pos(ImVec2(left + inner - theme.em(1.3), top + i * line))
                 _dismiss(notices, notice, f"###Dismiss {i}" if i else "###Dismiss")
         if len(notices) > 1:

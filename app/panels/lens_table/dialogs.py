@@ -9,7 +9,7 @@ from imgui_bundle import ImVec2, icons_fontawesome_6 as fa, imgui
 from lensbench import lenses
 from lensbench.app.bench.lens_choice import image_circle
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import begin_fitted_dialog, check_box, radio, toggles, warning
+from lensbench.app.drawing.controls import applies, begin_fitted_dialog, cancels, check_box, radio, toggles, warning
 from lensbench.app.panels.lens_table.cell import LensTableState, cell_item, number_cell
 from lensbench.app.session import edited_lens, lens_cells
 from lensbench.app.settings.settings import Settings
@@ -146,14 +146,14 @@ def attach_dialog(settings: Settings, state: LensTableState) -> Settings:
     if state.problem:
         warning(state.problem, WIDTH)
     imgui.begin_disabled(all(card.name != choice.lens for card in cards))       # else it would attach one out of sight
-    if imgui.button("Attach###Attach lens"):
+    if applies("Attach###Attach lens"):
         settings = state.apply(settings, partial(with_lens, name=choice.lens, side=choice.side,
                                                  is_reversed=choice.is_reversed))
         if not state.problem:
             state.attaching = None
     imgui.end_disabled()
     imgui.same_line()
-    if imgui.button("Cancel###Cancel attaching") or imgui.is_key_pressed(imgui.Key.escape):
+    if cancels("Cancel###Cancel attaching"):
         state.attaching, state.problem = None, ""
     if state.attaching is None:
         imgui.close_current_popup()
@@ -224,7 +224,7 @@ def paste_dialog(settings: Settings, state: LensTableState) -> Settings:
         state.pasting = None
     imgui.end_disabled()
     imgui.same_line()
-    if imgui.button("Cancel###Cancel paste") or imgui.is_key_pressed(imgui.Key.escape):
+    if cancels("Cancel###Cancel paste"):
         state.pasting = None
     if state.pasting is None:
         imgui.close_current_popup()

@@ -5,7 +5,9 @@ from dataclasses import replace
 import pytest
 from imgui_bundle import hello_imgui, imgui
 
+from lensbench.app.drawing import theme
 from lensbench.app.drawing.controls import chord
+from lensbench.app.session.states import save_settings
 from lensbench.app.settings.dial_scales import F_NUMBERS, aperture_scale
 from tests.app.conftest import SMALL
 
@@ -142,3 +144,61 @@ def test_a_fine_step_is_a_tenth_of_a_third_stop():
     scale = aperture_scale(1.0)
     assert scale.finely(2.0, 1.0) == pytest.approx(scale.stepped(2.0, 1), rel=0.02)
     assert scale.finely(scale.low, -1.0) == scale.low
+
+
+@pytest.mark.slow
+def test_the_scale_of_the_view_menu_is_that_of_texts_controls_and_columns(drive):
+    def use(hand):
+        hand.picture()
+        before = imgui.get_font_size(), imgui.get_style().item_spacing.x, hand.box("**/Aperture").get_width()
+        hand.ctx.menu_click("//##MainMenuBar/View/Scale/150 %")
+        hand.ctx.yield_(8)
+        assert imgui.get_font_size() == pytest.approx(1.5 * before[0], abs=0.5)       # whole pixels
+        assert imgui.get_style().item_spacing.x == 1.5 * before[1]
+        assert theme.scale() == 1.5 and hand.box("**/Aperture").get_width() > 1.2 * before[2]
+        hand.ctx.menu_click("//##MainMenuBar/View/Scale/As the screen asks for")
+        hand.ctx.yield_(8)
+        assert (imgui.get_font_size(), imgui.get_style().item_spacing.x) == before[:2] and theme.scale() == 1.0
+
+    drive(use)
+
+
+@pytest.mark.slow
+def test_settings_with_pixels_of_their_own_say_so_and_a_button_follows_the_window_again(drive, tmp_path):
+    path = tmp_path / "fixed.toml"
+    save_settings(path, replace(SMALL, pixels_x=300, pixels_y=200))
+
+    def use(hand):
+        hand.session.view.follows = True
+        hand.picture()
+        hand.session.files.open(path)
+        hand.picture()
+        assert hand.settings.pixels_x == 300 and not hand.session.view.follows
+        said = "fixed.toml sets 300 × 200 pixels: the picture no longer follows the window"
+        assert hand.session.view.messages == [said]
+        hand.ctx.item_click("**/Follow window")
+        hand.ctx.yield_(3)
+        hand.picture()
+        assert hand.session.view.follows and hand.settings.pixels_x > 300
+
+    assert drive(use).view.messages == []
+
+
+@pytest.mark.slow
+def test_enter_applies_a_dialog_and_escape_cancels_it(drive, tmp_path):
+    def use(hand):
+        hand.picture()
+        hand.session.export.path = path = tmp_path / "out.png"
+        hand.press(chord(KEY.mod_ctrl, KEY.e))
+        hand.ctx.yield_(3)
+        hand.session.export.path = path
+        hand.press(KEY.escape)
+        assert not imgui.is_popup_open("", imgui.PopupFlags_.any_popup) and not hand.session.export.busy
+        hand.press(chord(KEY.mod_ctrl, KEY.e))
+        hand.ctx.yield_(3)
+        hand.session.export.path = path
+        hand.ctx.item_input_value("//Export/##Longer side", 48)
+        hand.press(KEY.enter)
+        hand.wait(path.exists, "the exported picture")
+
+    drive(use)

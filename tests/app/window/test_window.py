@@ -182,10 +182,10 @@ def test_menus_undo_redo_theme_and_panels(drive):
         hand.ctx.yield_(2)
         fresh = replace(Settings(), pixels_x=hand.settings.pixels_x, pixels_y=hand.settings.pixels_y)
         assert hand.settings == with_scene(fresh, fresh.scene)
-        hand.ctx.menu_click("//##MainMenuBar/View/Light theme")
+        hand.ctx.menu_click("//##MainMenuBar/View/Theme/Light theme")
         hand.ctx.yield_(2)
         assert not hand.session.dark
-        hand.ctx.menu_click("//##MainMenuBar/View/Section")
+        hand.ctx.menu_click("//##MainMenuBar/View/Panels/Section")
         hand.ctx.yield_(2)
         docking = hello_imgui.get_runner_params().docking_params       # a new layout makes the list of panels anew
         assert not docking.dockable_window_of_name("Section").is_visible
