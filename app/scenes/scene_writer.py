@@ -69,11 +69,17 @@ def read_table(path: str | Path) -> Table:
 
 def scene_table(name: str) -> Table:
     """The table of a scene, with the whole paths of the files that it names; OSError, ValueError."""
-    if name in lb.SCENES:
-        if not (shipped := SHIPPED / f"{name}.toml").is_file():
-            return value_table(find_scene(name))
-        name = str(shipped)
-    return _renamed(read_table(name), lambda text: str((Path(name).parent / text).resolve()))
+    path = _path(name)
+    if path is None:
+        return value_table(find_scene(name))
+    return _renamed(read_table(path), lambda text: str((path.parent / text).resolve()))
+
+
+def _path(name: str) -> Path | None:
+    """The file of a scene; None for one that code makes."""
+    if name not in lb.SCENES:
+        return Path(name)
+    return shipped if (shipped := SHIPPED / f"{name}.toml").is_file() else None
 
 
 def _renamed(value: Any, rename: Callable[[str], str]) -> Any:
@@ -126,7 +132,11 @@ def save_scene(name: str, path: Path) -> list[str]:
             copied.append(file.name)
         return (inner / place).as_posix()
 
-    text = scene_text(_renamed(scene_table(name), placed))
+    source = _path(name)
+    if source is not None and source.parent.resolve() == folder:
+        text = source.read_text(encoding="utf-8")               # with its comments
+    else:
+        text = scene_text(_renamed(scene_table(name), placed))
     with replacing(path) as partial:
         partial.write_text(text, encoding="utf-8")
     return copied

@@ -171,8 +171,8 @@ class SceneForm:
         if draft is None:
             return
         view = imgui.get_main_viewport()
-        imgui.set_next_window_pos(ImVec2(view.work_pos.x + 0.24 * view.work_size.x, view.work_pos.y + theme.em(5.5)),
-                                  imgui.Cond_.appearing)
+        imgui.set_next_window_pos(ImVec2(view.work_pos.x + theme.em(0.5), view.work_pos.y + view.work_size.y
+                                         - theme.em(2.5)), imgui.Cond_.appearing, ImVec2(0.0, 1.0))
         imgui.set_next_window_size(ImVec2(theme.em(22.0), 0.0))
         flags = imgui.WindowFlags_.no_saved_settings | imgui.WindowFlags_.no_docking | imgui.WindowFlags_.no_collapse \
             | imgui.WindowFlags_.no_resize

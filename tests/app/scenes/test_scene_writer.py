@@ -68,6 +68,12 @@ def test_a_scene_of_files_elsewhere_is_saved_with_copies_of_all_that_they_name(t
     assert tomllib.loads((tmp_path / "c.toml").read_text())["mesh"][0]["file"] == "far/a.obj"
 
 
+def test_a_scene_that_is_saved_in_its_folder_keeps_its_comments(tmp_path):
+    (tmp_path / "a.toml").write_text("# Mine\n[floor]\n")
+    assert save_scene(str(tmp_path / "a.toml"), tmp_path / "b.toml") == []
+    assert (tmp_path / "b.toml").read_text() == "# Mine\n[floor]\n"
+
+
 def test_only_the_program_s_own_scenes_name_files_elsewhere(tmp_path):
     (tmp_path / "a.ply").write_text("ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
                                     "property float z\nelement face 1\nproperty list uchar int vertex_indices\n"

@@ -155,3 +155,24 @@ def test_the_export_goes_to_the_folder_that_was_used_last(drive, tmp_path):
         hand.wait((tmp_path / "lensbench.png").exists, "the picture")
 
     drive(use)
+
+
+@pytest.mark.slow
+def test_a_plain_picture_of_all_directions_is_used_as_a_sky_and_a_broken_mesh_changes_nothing(drive, tmp_path):
+    picture, broken = tmp_path / "around.png", tmp_path / "broken.glb"
+    Image.new("RGB", (32, 16), (90, 120, 200)).save(picture)
+    broken.write_bytes(b"glTF and nothing more")
+
+    def use(hand):
+        hand.picture()
+        opened(hand, broken)
+        assert hand.settings == SMALL and "broken.glb" in hand.session.view.messages[0]
+        hand.session.view.notices.forget()
+        opened(hand, picture)
+        hand.ctx.item_click("//###Opened/Use as sky")
+        hand.wait(lambda: hand.settings.scene != SMALL.scene, "the sky")
+        assert isinstance(load_scene(hand.settings.scene).sky, lb.ImageSky)
+        hand.press(chord(CTRL, imgui.Key.z))
+        assert hand.settings == SMALL and hand.session.view.messages == []
+
+    drive(use)
