@@ -30,6 +30,7 @@ FRAME = 520.0                   # of the scene at the subject, along the shorter
 CLOSER, WIDER = 0.5, 2.0        # of its height, of framings that a scene does not state
 NEAREST = 250.0                 # a shorter distance would put a wide lens into the subject
 CLOSE = 0.99                    # of the wanted distance: a nearer camera is said
+SEEN = 0.02                     # of the focus distance: a smaller movement of the camera is not said
 ROOM = 150.0                    # kept free behind the camera
 WIDEST = math.radians(150.0)    # a camera without a lens that sees more is not moved, but stands at home
 
@@ -155,9 +156,9 @@ def resized(settings: Settings, height: float) -> Settings:
 
 
 def moved_text(before: Settings, after: Settings) -> str:
-    """How far the camera was moved along its direction, in a sentence; "" where it was not."""
+    """How far the camera was moved along its direction, in a sentence; "" where nobody would see that it was."""
     back = float(np.subtract(after.position, before.position) @ _back(after))
-    if abs(back) < 1.0:
+    if abs(back) < max(SEEN * after.focus_distance, 1.0) or not math.isfinite(after.focus_distance):
         return ""
     return f"Camera moved {'back' if back > 0.0 else 'forward'} {format_distance(abs(back))}"
 

@@ -129,10 +129,10 @@ def one_of(title: str, names: dict[str, str], tips: dict[str, str], current: str
 
 LEAVES = {"film": "this film", "aperture": "this f-number",
           "focus": "this focus distance and camera position",
-          "framing": "the subject's size, as do another\nformat and field of view: the camera moves"}
+          "framing": "the subject's size: the camera moves"}
 TAKES = {"film": "switches to the format it was designed for", "aperture": "opens the aperture fully",
          "focus": "moves the camera until the subject is framed and in focus",
-         "framing": "frames the subject anew, and another field of view leaves the camera where it stands"}
+         "framing": "frames the subject anew, and another field of view changes its size"}
 
 
 def padlock(name: str, locked: set[str], corner: ImVec2) -> None:
@@ -146,7 +146,8 @@ def padlock(name: str, locked: set[str], corner: ImVec2) -> None:
     if imgui.invisible_button(f"Lock {name}", ImVec2(theme.em(1.0), line)):
         locked ^= {name}
     ink = colour.text if imgui.is_item_hovered() else colour.strong if is_locked else colour.faint
-    explain(f"Locked: another lens keeps {LEAVES[name]}" if is_locked else
+    explain(f"Locked: another {'lens, format or field of view' if name == 'framing' else 'lens'} keeps {LEAVES[name]}"
+            if is_locked else
                            f"Another lens {TAKES[name]}. Click to keep {LEAVES[name]} instead")
     theme.small()
     icon = icons_fontawesome_6.ICON_FA_LOCK if is_locked else icons_fontawesome_6.ICON_FA_LOCK_OPEN

@@ -270,7 +270,6 @@ class LensBrowsing:
         if window.history.present == self._tried:
             window.history.undo()
         self._before, self._tried = start, chosen
-        window.say_moved(chosen)
         window.take(chosen)
 
     def _return(self) -> None:
@@ -287,6 +286,7 @@ class LensBrowsing:
         """Close and keep the lens that is tried."""
         self.is_open = False
         if self._tried is not None:
+            self._window.say_moved(self._window.history.present, self._before)
             self.state.recent = noted(self.state.recent, self._window.history.present.lens, RECENT)
 
     def closed(self) -> None:

@@ -287,9 +287,12 @@ class WindowState:
             self.history.correct(sized)
             self.edited = sized
 
-    def say_moved(self, settings: Settings) -> None:
-        """Show how far a lens, a format, a field of view or a framing in these settings has moved the camera."""
-        before = self._from or self.history.present
+    def say_moved(self, settings: Settings, before: Settings | None = None) -> None:
+        """Show how far a lens, a format, a field of view or a framing in these settings has moved the camera.
+
+        before: None for the settings before the drag that is held, or the current ones.
+        """
+        before = before or self._from or self.history.present
         names = ("lens", "film_width", "film_height", "crop", "zoom", "focal_length", "fov", "framing")
         if settings.scene != before.scene or all(getattr(settings, name) == getattr(before, name) for name in names):
             return

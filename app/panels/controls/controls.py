@@ -207,8 +207,10 @@ def _scene(settings: Settings, chooser: Chooser) -> Settings:
     imgui.set_item_tooltip("Framing: moves the camera along its direction until the subject fills the picture so far,\n"
                            "and focuses there")
     if imgui.begin_popup("Framings"):
-        current = framing_of(settings)
-        for name, framing in framings(settings.scene).items():
+        current, named = framing_of(settings), framings(settings.scene)
+        for name, framing in named.items():
+            if name == "subject" and any(framing[1:] == other[1:] for other in named.values() if other is not framing):
+                continue                                    # it has a name of the body
             if imgui.selectable(FRAMINGS[name], framing[1:] == current[1:])[0]:
                 chosen = with_framing(settings, name)
         imgui.end_popup()

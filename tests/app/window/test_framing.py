@@ -8,6 +8,7 @@ from imgui_bundle import imgui
 from lensbench.app.bench.framing import frame_height, framed, with_framing, with_scene
 from lensbench.app.bench.lens_choice import with_lens
 from lensbench.app.drawing.controls import chord
+from lensbench.app.window.palette import answers
 from tests.app.conftest import SMALL
 
 UNDO = chord(imgui.Key.mod_ctrl, imgui.Key.z)
@@ -27,8 +28,11 @@ def test_a_portrait_lens_and_then_the_scene_portrait_its_presets_and_formats(dri
         hand.ctx.yield_(3)
         portrait = with_scene(PORTRAIT, "portrait")
         assert hand.settings == portrait and not messages(hand)
+        rows = [entry.text for entry in answers("framing", hand.session)]
+        assert {"Framing: Half figure", "Framing: Whole scene"} < set(rows) and "Framing: Close" not in rows
         hand.ctx.item_click("//Controls/###Framing")
         hand.ctx.yield_(2)
+        assert not hand.ctx.item_exists("**/Subject")       # which is head and shoulders
         hand.photograph(tmp_path / "framings.png")
         hand.ctx.item_click("**/Head")
         hand.ctx.yield_(3)

@@ -154,7 +154,7 @@ def test_filters_stars_and_thumbnails(drive):
         hand.ctx.yield_(3)
         assert not hand.session.browsing.is_open and hand.settings.lens == "pbrt-fisheye-10mm"
 
-    assert drive(use).view.messages == []
+    assert drive(use).view.messages == ["Camera moved forward 0.82 m"]
 
 
 @pytest.mark.slow
