@@ -14,7 +14,8 @@ class NoticeKind(Enum):
     DONE = "done"               # a success
 
 
-SECONDS = {NoticeKind.NOTE: 20.0, NoticeKind.DONE: 8.0}     # that they stay in sight; an error stays until dismissed
+SECONDS = {NoticeKind.NOTE: 6.0, NoticeKind.DONE: 4.0}      # that they stay in sight; an error stays until dismissed
+READ = 12.0                     # characters a second, for which they stay longer
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,8 @@ class Notices:
         """Count the seconds that some were in sight, and dismiss those whose time is over."""
         self._all = [replace(notice, seen=notice.seen + seconds) if notice in shown else notice
                      for notice in self._all]
-        self.forget(lambda notice: notice.offer is None and notice.seen > SECONDS.get(notice.kind, math.inf))
+        self.forget(lambda notice: notice.offer is None and notice.seen > SECONDS.get(notice.kind, math.inf)
+                    + len(notice.text) / READ)
 
     def follow(self, lens: str, step: int) -> None:
         """At a frame's end, dismiss what is about another lens, or about a change that undo has taken back."""

@@ -159,11 +159,15 @@ def _conditions(figure: Figure, width: float, low: bool) -> None:
 
 
 def _line(parts: list[str], width: float) -> None:
-    """As many whole parts as one line has room for; all of them below each other in its tooltip."""
-    counts = range(len(parts), 0, -1)
-    lines = (" · ".join(parts[:count]) + (" · …" if count < len(parts) else "") for count in counts)
-    imgui.text_disabled(next((line for line in lines if imgui.calc_text_size(line).x <= width),
-                             theme.shortened(parts[0], width)))
+    """The whole parts for which one line has room; all of them below each other in its tooltip."""
+    line = " · ".join(parts)
+    if imgui.calc_text_size(line).x > width:
+        shown: list[str] = []
+        for part in parts:
+            if imgui.calc_text_size(" · ".join([*shown, part, "…"])).x <= width:
+                shown.append(part)
+        line = " · ".join([*shown, "…"]) if shown else ""
+    imgui.text_disabled(line or theme.shortened(parts[0], width))
     if imgui.is_item_hovered(imgui.HoveredFlags_.for_tooltip):
         wrapped_tooltip(parts)
 

@@ -124,12 +124,15 @@ def draw_notices(view: View, corner: ImVec2, room: ImVec2) -> None:
     rows = [(notice, text_line) for notice in shown
             for text_line in (two_lines(_fitting(notice, 1.9 * width), width) if len(shown) == 1 else
                               [theme.shortened(_fitting(notice, width), width)])]
+    widest = inner                      # of the list; the plate is as wide as its words
+    inner = min(inner, max(imgui.calc_text_size(text).x + offers.get(notice, 0.0) for notice, text in rows)
+                + theme.em(2.0) + buttons)
     pad = 5.0 * pixel
     imgui.set_cursor_screen_pos(ImVec2(corner.x + 10.0 * pixel, corner.y + 8.0 * pixel))
     imgui.push_style_color(imgui.Col_.child_bg, ImVec4(*theme.colours().popup[:3], 0.94))
     imgui.push_style_var(imgui.StyleVar_.child_rounding, 4.0 * pixel)
     imgui.push_style_var(imgui.StyleVar_.window_padding, ImVec2(imgui.get_style().window_padding.x, pad))
-    size = ImVec2(room.x - 20.0 * pixel, len(rows) * line + 2.0 * pad)
+    size = ImVec2(inner + 2.0 * imgui.get_style().window_padding.x, len(rows) * line + 2.0 * pad)
     flags = imgui.ChildFlags_.always_use_window_padding
     if imgui.begin_child("Messages", size, flags, imgui.WindowFlags_.no_scrollbar):
         top, left = imgui.get_cursor_pos_y(), imgui.get_cursor_pos_x()
@@ -153,7 +156,7 @@ def draw_notices(view: View, corner: ImVec2, room: ImVec2) -> None:
             if _flat_button(f"{len(notices)} {fa.ICON_FA_ANGLE_DOWN}###{LIST}"):
                 imgui.open_popup(LIST)
             imgui.set_item_tooltip("All notices, the newest first")
-        _list(notices, ImVec2(corner.x + room.x - 10.0 * pixel, corner.y + 8.0 * pixel + size.y + 3.0 * pixel), inner)
+        _list(notices, ImVec2(corner.x + room.x - 10.0 * pixel, corner.y + 8.0 * pixel + size.y + 3.0 * pixel), widest)
     imgui.end_child()
     imgui.pop_style_var(2)
     imgui.pop_style_color()

@@ -35,7 +35,7 @@ def test_time_takes_successes_then_notes_that_were_in_sight_and_never_an_error()
     for _ in range(40):
         shown.pass_time([*shown.errors(), *(notice for notice in shown.others() if notice.text != hidden.text)], 1.0)
         left.append(len(shown))
-    assert left.index(3) + 1 == 9 and left.index(2) + 1 == 21 and shown.texts == ["error", hidden.text]
+    assert left.index(3) + 1 == 5 and left.index(2) + 1 == 7 and shown.texts == ["error", hidden.text]
 
 
 @pytest.mark.slow
