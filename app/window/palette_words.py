@@ -39,6 +39,8 @@ WORDS = {
     "Lens browser…": "lenses, library, change lens, choose lens",
     "Save lens…": "convert",
     "Export…": "render, high resolution",
+    "Contact sheet…": "contact-sheet, compare lenses",
+    "Scene: Still life": "scenes",
     "Save intrinsics…": "pbrt, mitsuba, blender, calibration",
     "Save picture…": "photo, take picture",
     "Keep snapshot": "remember, bookmark",
@@ -56,15 +58,16 @@ ENTRIES = {word: entry for entry, words in WORDS.items() for word in words.split
 
 # What the lens browser shows for a use, and other words for it
 USES = {
-    **{f"{use.capitalize()} lenses": (Shelf(use=use), words) for use, words in (
-        ("portrait", "portrait lens"), ("landscape", "landscape lens"), ("street", "street lens, reportage lens"),
-        ("macro", "macro lens, close up lens"), ("astro", "astro lens, milky way lens"),
-        ("wildlife", "wildlife lens, bird lens, sports lens"), ("travel", "travel lens, superzoom"),
-        ("cinema", "cinema lens, cine lens, anamorphic lens"), ("phone", "phone lens, phone camera"))},
-    "Wide-angle lenses": (Shelf(length="12–24 mm", film="Full frame"), "wide angle, wide lens"),
+    "Portrait lenses": (Shelf(use="portrait"), "portrait lens"),
+    "Landscape lenses": (Shelf(use="landscape"), "wide angle, wide lens, landscape lens"),
     "Standard lenses": (Shelf(length="40–65 mm", film="Full frame"), "normal lens, nifty fifty"),
-    "Telephoto lenses": (Shelf(length="110–220 mm", film="Full frame"), "tele lens, telephoto lens"),
+    "Street lenses": (Shelf(use="street"), "street lens, reportage lens"),
+    "Wildlife lenses": (Shelf(use="wildlife"), "wildlife lens, tele lens, telephoto lens, sports lens"),
+    "Macro lenses": (Shelf(use="macro"), "macro lens, close up lens"),
+    "Astro lenses": (Shelf(use="astro"), "astro lens, night sky"),
+    "Cinema lenses": (Shelf(use="cinema"), "cinema lens, cine lens"),
     "Fisheye lenses": (Shelf(kind="fisheye"), "fisheye lens"),
+    "Phone lenses": (Shelf(use="phone"), "phone lens, phone camera"),
     "Zoom lenses": (Shelf(zooms=True), "zoom lens"),
 }
 ENTRIES |= {word: name for name, (_, words) in USES.items() for word in words.split(", ")}
