@@ -35,7 +35,7 @@ def viewed(monkeypatch, tmp_path):
     """What `lensbench view` hands to the window, instead of a window; the machine has a display."""
     calls = []
     window = types.ModuleType("lensbench.app.window.window")
-    window.run = lambda settings, screenshot=None, follows=False, opened=None: calls.append((settings, screenshot))
+    window.run = lambda settings, screenshot=None, **_: calls.append((settings, screenshot))
     monkeypatch.setitem(sys.modules, "lensbench.app.window.window", window)
     monkeypatch.setattr("lensbench.app.window.window", window, raising=False)
     monkeypatch.setenv("DISPLAY", ":0")
@@ -255,7 +255,7 @@ def test_the_window_opens_every_kind_of_file_in_place_of_the_lens(viewed, monkey
     path = tmp_path / name
     path.write_bytes(content)
     monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run",
-                        lambda settings, screenshot, follows, opened: viewed.append((settings, opened)) or 0)
+                        lambda settings, screenshot, opened, **_: viewed.append((settings, opened)) or 0)
     assert main(["view", str(path)]) == 0
     settings, given = viewed[-1]
     assert given == (path if kind == "opened" else None)
@@ -264,13 +264,13 @@ def test_the_window_opens_every_kind_of_file_in_place_of_the_lens(viewed, monkey
 
 def test_a_screenshot_before_the_picture_is_ready_ends_with_1(viewed, monkeypatch, capsys):
     monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run",
-                        lambda settings, screenshot, follows, opened: 1)
+                        lambda settings, screenshot, **_: 1)
     assert main(["view", "--screenshot", "w.png"]) == 1
     assert "not ready in time" in capsys.readouterr().err
 
 
 def test_a_screenshot_that_cannot_be_written_ends_with_2(viewed, monkeypatch, capsys, tmp_path):
-    def run(settings, screenshot, follows, opened):
+    def run(settings, screenshot, **_):
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr(sys.modules["lensbench.app.window.window"], "run", run)
