@@ -210,7 +210,7 @@ def _below(draw: imgui.ImDrawList, settings: Settings, picture: Picture, view: V
     elif picture.recorded is not None:
         _say_below(draw, view, corner, picture.note)
     elif view.sharp_pick:
-        _say_below(draw, view, corner, "Make these sharp: click two or three things; the film is tilted for them")
+        _say_below(draw, view, corner, "Click two or three things to make them sharp")
     elif settings.sample_view:
         if settings.view == "fate":
             fates = draw_fates(draw, settings, ImVec2(corner.x, corner.y - theme.em(1.3)), view.links.surfaces)

@@ -120,7 +120,7 @@ def _choice(label: str, chosen: bool, width: float) -> bool:
 fa = icons_fontawesome_6
 
 
-BETWEEN, GAP = 2.0, 12.0        # pixels at a scale of 1: between two tools, and before a group of them
+BETWEEN, GAP = 0.0, 9.0        # pixels at a scale of 1: between two tools, and before a group of them
 MORE = "More tools"
 
 
