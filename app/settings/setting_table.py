@@ -38,7 +38,7 @@ SHAPES = {"equirectangular": (2, 1), "equal-area": (1, 1), "cube-map": (4, 3)}  
 FOV_AXES = {"shorter": "Shorter side", "longer": "Longer side", "horizontal": "Width", "vertical": "Height",
             "diagonal": "Diagonal"}
 DISPERSIONS = {"auto": "Where there is dispersion data", "on": "On", "off": "Off"}
-FOCUS_POSITIONS = {"auto": "Automatic (best contrast)", "real": "Least blur", "paraxial": "Paraxial"}
+FOCUS_POSITIONS = {"auto": "Best contrast", "real": "Least blur", "paraxial": "Paraxial"}
 READOUT_DIRECTIONS = {"down": "Down", "up": "Up", "left": "Left", "right": "Right"}     # in the upright picture
 MEDIUMS = {"air": "Air", "fog": "Fog", "water": "Water"}
 EXPOSURES = {"plain": "As it is", "triangle": "Exposed", "automatic": "Auto ISO"}

@@ -94,7 +94,8 @@ def _curvature(settings: Settings) -> Settings:
 
 
 FOCUS_TIPS = {
-    "auto": "Best contrast of lines of 30 lp/mm on the axis, in the colours of the picture and at the current aperture",
+    "auto": "Automatic: the best contrast of lines of 30 lp/mm on the axis, in the colours of the picture and at the\n"
+            "current aperture; the paraxial focus where that is as good",
     "real": "The position of least rms blur on the axis for all rays of the current aperture",
     "paraxial": "The limit of small stops, in closed form: the distance engraved on a lens",
 }
