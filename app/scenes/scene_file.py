@@ -48,7 +48,7 @@ def find_scene(name_or_path: str) -> lb.Scene:
     if not name_or_path.endswith(".toml") and not _exists(name_or_path):
         near = difflib.get_close_matches(name_or_path, lb.SCENES, 1)
         raise SceneFileError(name_or_path, "no built-in scene has this name, and no file"
-                             + (f"; did you mean {near[0]}?" if near else f": choose one of {', '.join(lb.SCENES)}"))
+                             + (f"; did you mean {near[0]}?" if near else "; lensbench scenes lists the names"))
     return load_scene(name_or_path)
 
 

@@ -9,6 +9,8 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
+from lensbench.core.text import significant
+
 
 class Body(NamedTuple):
     """A camera body: width and height of its sensor (mm), its name, pixels across and down."""
@@ -32,8 +34,8 @@ class Body(NamedTuple):
     @property
     def facts(self) -> str:
         """The body in words."""
-        return (f"{self.width:g} × {self.height:g} mm, {self.across} × {self.down} pixels of "
-                f"{1000.0 * self.pitch:.3g} µm")
+        return (f"{significant(self.width)} × {significant(self.height)} mm, {self.across} × {self.down} pixels of "
+                f"{significant(1000.0 * self.pitch, 3)} µm")
 
 
 def _read() -> dict[str, Body]:

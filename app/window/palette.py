@@ -191,7 +191,7 @@ def _of_length(text: str, current: Settings) -> list[Entry]:
     if zoom is not None and is_engraved(zoom):
         entries += filter(None, [_asked(zoom, text, False)])
     if _count(length):
-        entries.append(Entry(f"Lenses of {length:g} mm", "library", partial(_browse, shelf_of(text))))
+        entries.append(Entry(f"Lenses of {significant(length)} mm", "library", partial(_browse, shelf_of(text))))
     if zoom is None and current.has_lens:
         scaled = _value(FIELDS["focal_length"], read_length, text, current, True)
         if scaled is not None and scaled.run is not None:

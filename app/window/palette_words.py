@@ -5,6 +5,7 @@ import re
 from lensbench.app.session.lens_shelf import Shelf
 from lensbench.app.settings.dial_scales import F_NUMBERS, ISOS
 from lensbench.app.settings.text_values import NUMBER, read_length, read_number
+from lensbench.core.text import significant
 
 # The setting that a bare value is of, by its unit; # is the number
 BARE = {
@@ -98,4 +99,4 @@ def begun_value(query: str) -> str:
 
 def shelf_of(length: str) -> Shelf:
     """What the lens browser shows for a focal length."""
-    return Shelf(search=f"{read_length(length):g} mm")
+    return Shelf(search=f"{significant(read_length(length))} mm")

@@ -38,7 +38,7 @@ from lensbench.core.imaging import film
 from lensbench.core.kernels import cache, program, sampling
 from lensbench.core.kernels.cache import NotCompiledError, is_compiled
 from lensbench.core.kernels.program import Code, is_stage_compiled, stage_address, stage_signature
-from lensbench.core.optics import axial_bundle, block_trace, surfaces
+from lensbench.core.optics import axial_bundle, axis_contrast, block_trace, surfaces
 from lensbench.core.optics.block_trace import surface_steps
 from lensbench.core.pupils import irregular_regions, radial_sampler, rim_solver
 from lensbench.core.rendering.progressive import Rendering
@@ -88,6 +88,8 @@ def _needed(settings: Settings) -> Iterator[tuple[Any, Any]]:
         yield irregular_regions._contradictions, (table, table, boolean[:, :, ::1], line, float64[:, :, ::1])
         yield rim_solver._centroids, (line, table, line, line)
         yield film.film_from_raster, single
+    if settings.has_lens and settings.focus_position == "auto":
+        yield axis_contrast._add_modulus, (table, table, line, boolean, float64, float64, line)
     scene = cached_scene(settings.scene)
     for step in reversed(scene.steps()):                # light and shadows, at the end, take longest
         yield step.kernel, single

@@ -19,7 +19,8 @@ RAISED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 FILES = {"core/text.py", "core/scenery/builtin/charts.py", "lenses/tables/text.py", "lenses/tables/rows.py",
          "lenses/formats/toml_header.py", "lenses/checks/figures.py", "app/drawing/sheet.py",
          "app/drawing/plot_axes.py",
-         "app/bench/lens_choice.py", "app/settings/dial_scales.py", "app/studies/charts/curves.py",
+         "app/bench/lens_choice.py", "app/scenes/opened_scenes.py", "app/settings/dial_scales.py",
+         "app/studies/charts/curves.py",
          "app/studies/charts/methods.py", "app/studies/stability/sweep.py", "app/studies/stability/focusing.py"}
 
 

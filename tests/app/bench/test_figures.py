@@ -59,13 +59,13 @@ def blur_of_point(settings: Settings, distance: float) -> float:
     aberrations.
     """
     of = camera(replace(settings, f_number=CLOSED * settings.f_number))
-    even, middle = (np.arange(24) + 0.5) / 24.0, [of.film.pixels_x / 2.0, of.film.pixels_y / 2.0]
+    even, middle = (np.arange(96) + 0.5) / 96.0, [of.film.pixels_x / 2.0, of.film.pixels_y / 2.0]
     samples = np.stack(np.meshgrid(even, even), -1).reshape(-1, 2)
 
     def at_distance(raster, uv):
         rays = of.generate_rays(np.broadcast_to(raster, uv.shape), uv)
         away = (-distance - rays.origins[:, 2]) / rays.directions[:, 2]
-        return (rays.origins + away[:, None] * rays.directions)[:, :2]
+        return (rays.origins + away[:, None] * rays.directions)[rays.weights > 0.0, :2]        # past the blades
 
     cone = at_distance(middle, samples)
     beside = at_distance([middle[0], middle[1] - 0.5], np.array([of.pupil_centre]))

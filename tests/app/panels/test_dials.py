@@ -24,7 +24,7 @@ def test_all_of_the_popup_focus_is_seen_in_a_window_of_720_pixels():
         imgui.end_child()
 
     def test(ctx):
-        ctx.item_click("**/###Focus")
+        ctx.item_click("**/###Drawer Tilt")
         ctx.yield_(4)
         for name in ("Centre", "Petzval"):
             item = ctx.item_info(f"//$FOCUSED/{name}")
@@ -49,7 +49,7 @@ def test_the_film_behind_a_lens_without_symmetry_is_centred_again(lens):
         values["shown"] = controls_panel(values["shown"], chooser)
 
     def test(ctx):
-        ctx.item_click("**/###Focus")
+        ctx.item_click("**/###Drawer Tilt")
         ctx.yield_(4)
         ctx.item_click("//$FOCUSED/Centre")
         ctx.yield_(2)

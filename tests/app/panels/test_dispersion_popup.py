@@ -60,11 +60,13 @@ def test_a_lens_that_cannot_disperse_turns_on_back_to_auto_and_keeps_off():
     assert constrained(replace(NAMED, dispersion="on")).dispersion == "on"
 
 
-def test_the_choice_is_checked_kept_and_of_no_matter_to_the_figures():
+def test_the_choice_is_checked_kept_and_changes_of_a_paraxial_focus_its_contrast_alone():
     with pytest.raises(SettingsError, match="dispersion 'some'"):
         replace(NAMED, dispersion="some").checked()
     assert Settings.from_dict(replace(NAMED, dispersion="off").to_dict()).dispersion == "off"
-    assert readings(replace(NAMED, dispersion="off")) == readings(NAMED)
+    paraxial = replace(NAMED, focus_position="paraxial")
+    off, on = readings(replace(paraxial, dispersion="off")), readings(paraxial)
+    assert off.focusing.contrasts != on.focusing.contrasts and off == replace(on, focusing=off.focusing)
 
 
 def test_on_the_command_line(viewed, capsys, tmp_path):  # noqa: F811

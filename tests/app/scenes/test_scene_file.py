@@ -69,7 +69,7 @@ def test_a_scene_is_found_by_its_name_or_its_path(write):
     assert find_scene(str(path)) == load_scene(path)
     with pytest.raises(SceneFileError, match="did you mean still-life"):
         find_scene("stil-life")
-    with pytest.raises(SceneFileError, match="choose one of still-life, night-lights"):
+    with pytest.raises(SceneFileError, match="lensbench scenes lists the names"):
         find_scene("xyzzy")
 
 

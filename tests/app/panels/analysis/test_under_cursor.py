@@ -11,13 +11,15 @@ from lensbench.app.plots.catalogue import ANALYSES
 from lensbench.app.plots.plot import Area, Curve, Map, told
 from lensbench.app.plots.query import query
 from lensbench.app.settings.settings import Settings
+from tests.core.test_figures import RAISED
 
 ASKED = query(replace(Settings(), f_number=4.0, blades=6))
 READ = re.compile(r"(.+?) ([+−-]?\d[\d.]*(?:e[+−-]?\d+)?)( .+|°)?")
 
 
 def number(text):
-    return float(text.replace("−", "-"))
+    mantissa, _, power = text.replace("−", "-").partition("×10")
+    return float(f"{mantissa}e{power.translate(RAISED) or 0}")
 
 
 def close(shown, value):
