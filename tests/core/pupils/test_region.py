@@ -246,7 +246,7 @@ def test_a_stop_of_a_fiftieth_of_a_millimetre_gets_its_light_between_the_rings_t
     ("lib-us10281683", 64.0)])
 def test_a_film_close_behind_a_lens_that_is_stopped_down_gets_its_light_between_the_rings(name, f_number):
     """Half a millimetre or one behind it a region is as small as 0.001 mm, and a ring away from it by 0.3 mm."""
-    lens = lb.stopped_down(replace(lenses.load(name), iris=lb.Iris()), f_number)     # without corners
+    lens = lb.stopped_down(replace(lenses.load(name), blades=0), f_number)     # without corners
     lens = lb.focused(lens, 1200.0)
     distance, n = lb.film_distance(lens, 1200.0), 1 << 12
     u0, u1 = (np.arange(n) + 0.5) / n, np.arange(n) * 0.6180339887498949 % 1.0
