@@ -12,7 +12,7 @@ from imgui_bundle import ImVec2, imgui
 from lensbench.app.bench.build import bench_of, coating, design, stop_picture
 from lensbench.app.bench.lens_choice import with_scene
 from lensbench.app.drawing import theme
-from lensbench.app.drawing.controls import check_box, paragraph, small_note, toggles
+from lensbench.app.drawing.controls import check_box, explain, paragraph, small_note, toggles
 from lensbench.app.drawing.dial import dial
 from lensbench.app.session.notices import Request
 from lensbench.app.settings import dial_scales
@@ -66,10 +66,10 @@ def flare_popup(settings: Settings, state: FlareState, requests: set[Request]) -
     if any(reasons.values()) and settings.scene != SHOWING and settings.has_lens:
         if imgui.button("Try the scene Low sun"):
             settings = with_scene(settings, SHOWING)
-        imgui.set_item_tooltip("A low sun and small bright lamps, which show both (undo to go back)")
+        explain("A low sun and small bright lamps, which show both (undo to go back)")
     shown = state.blades or stop_in_use(settings)
     on = check_box("Blades & coating", shown)
-    imgui.set_item_tooltip("Another number of blades, a picture as the stop, or another coating; off: as the lens was "
+    explain("Another number of blades, a picture as the stop, or another coating; off: as the lens was "
                            "designed")
     if on != shown:
         state.blades = on
@@ -80,14 +80,14 @@ def flare_popup(settings: Settings, state: FlareState, requests: set[Request]) -
 def _switch(settings: Settings, name: str) -> Settings:
     """The switch of light that is added to the picture, with its strength where it is on."""
     on, strength = check_box(name.capitalize(), getattr(settings, name)), f"{name[:-1]}_strength"
-    imgui.set_item_tooltip(SWITCHES[name])
+    explain(SWITCHES[name])
     changes: dict[str, Any] = {} if on == getattr(settings, name) else {name: on}
     if getattr(settings, name):
         imgui.same_line(theme.em(6.2))
         imgui.set_next_item_width(theme.em(7.0))
         changed, value = imgui.slider_float(f"###{name} strength", getattr(settings, strength), 0.1, 100.0, "× %.3g",
                                             imgui.SliderFlags_.logarithmic)
-        imgui.set_item_tooltip(f"Strength of the {name}; × 1 is true to scale with the direct light")
+        explain(f"Strength of the {name}; × 1 is true to scale with the direct light")
         if changed:
             changes[strength] = value
     return replace(settings, **changes) if changes else settings
@@ -119,18 +119,18 @@ def _picture(settings: Settings, requests: set[Request]) -> Settings:
     chosen = settings.stop_image or _own_picture(settings)
     if imgui.button(f"{cut(Path(chosen).name, 18) if chosen else 'Choose…'}###Picture"):
         requests.add(Request.OPEN_STOP_IMAGE)
-    imgui.set_item_tooltip(f"{chosen}\n\n{PICTURE_TIP}".strip())
+    explain(f"{chosen}\n\n{PICTURE_TIP}".strip())
     if chosen:
         imgui.same_line()
         if imgui.button("Clear"):
             settings = replace(settings, stop_image="") if settings.stop_image else replace(settings, blades=0)
-        imgui.set_item_tooltip("Take the picture out of the stop; its blades, or the picture of the lens, come back"
+        explain("Take the picture out of the stop; its blades, or the picture of the lens, come back"
                                if settings.stop_image else "Take the picture of the lens out of its stop")
     elif _own_picture(settings.plain("blades")):
         imgui.same_line()
         if imgui.button("That of the lens"):
             settings = settings.plain("blades")
-        imgui.set_item_tooltip("Put the picture of the lens back into its stop")
+        explain("Put the picture of the lens back into its stop")
     return settings
 
 
@@ -206,7 +206,7 @@ def _sketch(current: Iris, size: float, opens: bool) -> None:
     extent = imgui.calc_text_size(text)
     origin = ImVec2(round(centre.x - 0.5 * extent.x), round(centre.y - 0.5 * extent.y))
     draw.add_text(origin, theme.packed(colour.strong), text)
-    imgui.set_item_tooltip("The opening at this f-number, and the part of the open stop's light that it passes.\n"
+    explain("The opening at this f-number, and the part of the open stop's light that it passes.\n"
                            "Wide open, the blades lie behind the edge of the stop; the f-number is that of\n"
                            "the circle of equal area")
 

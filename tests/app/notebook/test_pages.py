@@ -47,7 +47,7 @@ def test_the_example_of_the_analyses_has_the_figures_of_the_command(tmp_path):
                strict=True)
     shown = {line: radius for field, shift, line, radius in rows if field == shift == 0.0}
     spots = names["lb"].analysis.spots(names["grid"])
-    radii = dict(zip(names["given"].wavelengths, (1000.0 * spots.rms_radius[0, :, 0]).tolist(), strict=True))
+    radii = dict(zip(names["light"].wavelengths, (1000.0 * spots.rms_radius[0, :, 0]).tolist(), strict=True))
     assert len(shown) == 6 and shown == pytest.approx(radii, rel=1e-6)
 
 

@@ -24,12 +24,12 @@ def test_small_lights_are_left_to_the_cameras_rays_where_a_person_says_so(drive)
 
 @pytest.mark.slow
 @pytest.mark.parametrize("size", [(1280, 720), (1920, 1080)])
-def test_stars_and_their_strength_are_set_in_the_menu(drive, tmp_path, size):
+def test_stars_and_their_strength_are_set_in_the_drawer(drive, tmp_path, size):
     def use(hand):
         hand.picture()
-        hand.ctx.item_click("**/Picture size")
-        hand.ctx.item_click("**/Stars")
-        hand.ctx.item_click("**/Ghosts")
+        hand.ctx.item_click("**/###Drawer Flare")
+        hand.ctx.item_click("//$FOCUSED/Stars")
+        hand.ctx.item_click("//$FOCUSED/Ghosts")
         hand.photograph(tmp_path / "menu.png")
         hand.ctx.item_input_value("**/###stars strength", 20.0)
         hand.press(imgui.Key.escape)

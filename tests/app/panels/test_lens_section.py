@@ -306,7 +306,8 @@ def test_the_film_is_dragged_to_focus_and_the_stop_to_another_f_number():
 @pytest.mark.slow
 def test_where_groups_focus_the_film_stays_and_is_pulled_to_what_it_would_focus():
     nikkor = "lv-nikon-afs-vr-zoom-nikkor-70-200-f28g-if-ed"
-    panel = Panel(replace(START, lens=nikkor, focus_distance=math.inf, zoom=1.0, f_number=None))
+    panel = Panel(replace(START, lens=nikkor, focus_distance=math.inf, zoom=1.0, f_number=None,
+                          focus_position="paraxial"))
     values = {}
 
     def test(ctx):
