@@ -440,7 +440,7 @@ def one_line(capsys):
     ("render pbrt-dgauss-50mm --bits 12 -o a.png", "16"),
     ("render pbrt-dgauss-50mm --tone warm -o a.png", "filmic"),
     ("render pbrt-dgauss-50mm --lens-model magic -o a.png", "pinhole"),
-    ("render pbrt-dgauss-50mm --scene nowhere -o a.png", "still-life"),
+    ("render pbrt-dgauss-50mm --scene nowhere -o a.png", "lensbench scenes lists the names"),
     ("render pbrt-dgauss-50mm --focal-length 0 -o a.png", "focal length"),
     ("render pbrt-dgauss-50mm --lens-model thin --focal-length 300mm --focus 25cm -o a.png", " m"),
     ("render pbrt-dgauss-50mm --camera perspective --fov 10deg --focus 5cm -o a.png", "0.275 m"),
