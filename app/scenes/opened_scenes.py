@@ -19,6 +19,7 @@ from lensbench.lenses.picture_file import read_picture_file
 
 UNKNOWN = 300.0                     # mm: the height of a mesh whose file has no unit, or an unlikely one
 LIKELY = 20.0, 20_000.0             # mm: heights of a file in metres that are believed
+FLAT = 1e-3                         # of the longer side: a lower mesh has no height to stand on
 STANDS_BACK = 1.2                   # of the larger side of what is framed: the part of the film's height that it fills
 AWAY = 2.6                          # heights of the frame between the origin and the subject
 ROUND = 0.92                        # mean cosine between triangles and smooth normals, above which they are smoothed
@@ -65,18 +66,23 @@ MATERIALS: dict[str, Table] = {     # of a mesh, instead of those of its file, b
 def mesh_table(path: Path, height: float | None = None, up: str = "y", turn: float = 0.0, material: str = "") -> Table:
     """A mesh that stands on a floor under a bright sky, lit from the left; SceneError where it cannot be read.
 
-    height: mm; None: that of a file in metres, where it is likely, else UNKNOWN. up: its axis that points up.
-    material: one of MATERIALS; "" for those of the file.
+    height: mm; None: that of a file in metres, where it is likely, else UNKNOWN. up: its axis that points up, unless
+    the mesh is flat along it. material: one of MATERIALS; "" for those of the file.
     """
     kind = path.suffix[1:].lower()
-    meshes = read_mesh(path.name, path.parent, Pose(rotation(*np.radians(turned(up, turn))), None, None,
-                                                    (0.0, 0.0, 0.0)), None, True)
-    points = np.concatenate([mesh.points for mesh in meshes])
-    width, own, depth = (float(side) for side in points.max(0) - points.min(0))
+    for axis in (up, "z", "x"):                         # a flat one stands upright
+        meshes = read_mesh(path.name, path.parent, Pose(rotation(*np.radians(turned(axis, turn))), None, None,
+                                                        (0.0, 0.0, 0.0)), None, True)
+        points = np.concatenate([mesh.points for mesh in meshes])
+        width, own, depth = (float(side) for side in points.max(0) - points.min(0))
+        if own > FLAT * max(width, depth):
+            break
+    else:
+        raise lb.SceneError(f"{path.name}: all its points lie in one place")
     if height is None:
         height = own if MM[kind] > 1.0 and LIKELY[0] <= own <= LIKELY[1] else UNKNOWN
     height = float(f"{height:.3g}")
-    width, depth = width * height / max(own, 1e-9), depth * height / max(own, 1e-9)
+    width, depth = width * height / own, depth * height / own
     frame = float(f"{STANDS_BACK * max(height, (width + 0.5 * depth) / WIDER):.3g}")
     distance = float(f"{AWAY * frame + 0.5 * depth:.3g}")
     lamp = 1.2 * frame
@@ -84,7 +90,7 @@ def mesh_table(path: Path, height: float | None = None, up: str = "y", turn: flo
         "name": path.stem, **LIGHT, "subject": [distance, frame],
         "depth_range": [0.4 * distance, 4.0 * distance],
         "floor": {"height": -0.5 * height, "light": [0.42, 0.42, 0.43], "dark": [0.42, 0.42, 0.43]},
-        "mesh": [{"file": str(path), "height": height, "rotation": turned(up, turn),
+        "mesh": [{"file": str(path), "height": height, "rotation": turned(axis, turn),
                   "foot": [0.0, -0.5 * height, -float(f"{distance + 0.3 * depth:.4g}")], "smooth": _is_round(meshes),
                   **({"material": {"kind": material, **MATERIALS[material]}} if material else {})}],
         "rectangle": [{"centre": [-1.6 * frame, 1.5 * frame, 1.6 * frame - distance], "target": [0.0, 0.0, -distance],

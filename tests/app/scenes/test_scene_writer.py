@@ -91,3 +91,17 @@ def test_only_the_program_s_own_scenes_name_files_elsewhere(tmp_path):
     lambda part: st.lists(part, max_size=3) | st.dictionaries(st.text(max_size=5), part, max_size=3), max_leaves=9)))
 def test_a_table_that_is_written_is_read_again(table):
     assert tomllib.loads(scene_text(table)) == table
+
+
+@pytest.mark.parametrize(("up", "flat"), [("y", 1), ("z", 2), ("-z", 2)])
+def test_a_mesh_that_is_flat_along_its_height_stands_upright(tmp_path, up, flat):
+    corners = np.insert([[-1, -1], [1, -1], [1, 1], [-1, 1]], flat, 0, axis=1)
+    path = tmp_path / "plane.obj"
+    path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "f 1 2 3 4\n")
+    scene = load_scene(own_scene(mesh_table(path, up=up), path.stem))
+    (mesh,) = scene.meshes
+    assert np.ptp(mesh.points, axis=0)[1] == pytest.approx(300.0, rel=1e-5)
+    assert scene.subject[0] < 2000.0
+    path.write_text("v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n")
+    with pytest.raises(lb.SceneError):
+        mesh_table(path, up=up)
