@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
 VISIBLE = WAVELENGTHS[BLUE][0], WAVELENGTHS[RED][-1]    # µm, of pictures with dispersion
 ENOUGH = 0.01                   # of contrast: a smaller gain does not move the film
+RESOLVED = 0.2                  # contrast of lines that a lens shows: a soft one is focused by its least blur
 POSITIONS = {"contrast": "for the best contrast", "real": "by the least blur", "paraxial": "paraxially"}
 
 
@@ -236,9 +237,9 @@ def _focus(lens: lb.Lens, settings: Settings) -> tuple[float, FocusPosition]:
             if away > 0.0 or settings.focus_position == "real":
                 return by_rays, position
             # The lens has no room for the film of its least blur
-            return distance, position._replace(method="paraxial")
         except lb.LensError:                            # rays focus no nearer
-            return distance, position._replace(method="paraxial")
+            pass
+        return distance, focusing(lens, replace(settings, focus_position="paraxial"), distance)
     return distance, position
 
 
@@ -270,23 +271,21 @@ def picture_light(settings: Settings, lens: lb.Lens) -> Light:
 @lru_cache(maxsize=64)
 def _compared(lens: lb.Lens, distance: float, asked: str, light: Light) -> FocusPosition:
     try:
-        moved, shift = lb.focused(lens, distance, "real"), contrast_shift(lens, distance, light)
-        least = lb.film_distance(lens, distance, "real")
-        paraxial = lb.film_distance(lens, distance)
-        there = lb.focused(lens, distance)
-        away = distance - moved.length - least
-        best, middling = (float(axis_contrast(moved, np.array([least + s]), away, light)[0]) for s in (shift, 0.0))
-        plain = float(axis_contrast(there, np.array([paraxial]), distance - there.length - paraxial if
-                                    lens.has_focus_groups else away, light)[0])
-        method = asked if asked != "auto" else "contrast" if best - plain > ENOUGH else "paraxial"
-        focused = there if method == "paraxial" else moved
-        film = {"paraxial": paraxial, "real": least}.get(method, least + shift)
-        blur = float(lb.real_circle_of_confusion(focused, film, [distance])[0][0])
+        shift, lens_at = contrast_shift(lens, distance, light), {
+            method: lb.focused(lens, distance, method) for method in POSITIONS}
+        films = {method: lb.film_distance(lens, distance, method, light) for method in POSITIONS}
+        contrasts = {method: float(axis_contrast(lens_at[method], np.array([film]),
+                                                 distance - lens_at[method].length - film, light)[0])
+                     for method, film in films.items()}
+        gain = contrasts["contrast"] - contrasts["paraxial"]
+        method = asked if asked != "auto" else "paraxial" if gain <= ENOUGH else \
+            "contrast" if contrasts["contrast"] >= RESOLVED else "real"
+        blur = float(lb.real_circle_of_confusion(lens_at[method], films[method], [distance])[0][0])
     except lb.LensError:
         return FocusPosition("paraxial")
-    if not (math.isfinite(blur) and math.isfinite(least) and math.isfinite(plain)):
+    if not all(map(math.isfinite, (blur, films["real"], contrasts["paraxial"]))):
         return FocusPosition("paraxial")
-    return FocusPosition(method, blur, (best, middling, plain), shift if method == "contrast" else 0.0)
+    return FocusPosition(method, blur, tuple(contrasts.values()), shift if method == "contrast" else 0.0)
 
 
 def focus_text(position: FocusPosition) -> str:

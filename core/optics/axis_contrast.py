@@ -34,7 +34,8 @@ def axis_contrast(lens: Lens, film_distances: np.ndarray, object_distance: float
         light: Wavelengths in µm and weights.
         frequency: Cycles/mm.
     Returns:
-        (K,) contrasts from 0 to 1; 0 beyond the limit of diffraction, NaN where no ray passes.
+        (K,) contrasts from 0 to 1; 0 beyond the limit of diffraction and, of a symmetric bundle, where dark and light
+        lines change places; NaN where no ray passes.
     """
     points, slopes, weights = _bundle(lens, light, object_distance, frequency)
     if not weights.size:
@@ -63,7 +64,7 @@ def best_contrast(lens: Lens, around: float, object_distance: float = inf, light
     if not spread > 0.0:
         return np.nan
     heights = points + around * slopes
-    heights = heights - (0.0 if lens.is_mirror_symmetric else weights @ heights)
+    heights = heights - (0.0 if lens.is_mirror_symmetric else weights @ heights / weights.sum())
     pair = 1.0 / (frequency * np.sqrt(8.0 * spread))            # the blur 2√2 rms is a line pair
     reach = REACH * (np.sqrt(weights @ (heights**2).sum(1) / weights.sum() / spread) + pair)
     count = min(2 * ceil(reach / (STEP * pair)) + 1, MOST)
@@ -85,6 +86,7 @@ def _bundle(lens: Lens, light: Light, object_distance: float, frequency: float
     points, slopes = (np.concatenate([part[quantity][0] for part in parts]) for quantity in (0, 1))
     weights = np.concatenate([part[2][0] * weight / total for part, (_, weight) in zip(parts, light, strict=True)])
     halves = np.repeat([0.5e-3 * line * frequency for line, _ in light], [part[2].size for part in parts])
+    rim = np.nanmax(np.abs(slopes), initial=0.0)        # of the pupil's edge, whose rays weigh nothing
     passed = (weights > 0.0) & np.isfinite(points).all(1) & np.isfinite(slopes).all(1)
     points, slopes, weights, halves = points[passed], slopes[passed], weights[passed], halves[passed]
     if lens.is_rotationally_symmetric:                  # rays of one meridian, the second coordinate
@@ -93,7 +95,7 @@ def _bundle(lens: Lens, light: Light, object_distance: float, frequency: float
         points, slopes = ((values[:, None, 1:] * ways).reshape(-1, 2) for values in (points, slopes))
         weights = np.repeat(weights / AZIMUTHS, AZIMUTHS)
         aside = np.abs(slopes[:, 0]) + np.repeat(halves, AZIMUTHS)
-        weights = weights * (np.hypot(aside, slopes[:, 1]) <= np.abs(slopes).max(initial=0.0))
+        weights = weights * (np.hypot(aside, slopes[:, 1]) <= rim)
     return points, slopes, weights
 
 
@@ -101,7 +103,8 @@ def _bundle(lens: Lens, light: Light, object_distance: float, frequency: float
 def _add_modulus(points, slopes, weights, is_symmetric, first, step, out):
     """Sums (K,) of |Σ weights · exp i (points + film · slopes)| over the coordinates, for films at even steps.
 
-    points, slopes: (n, 1 or 2), times 2π × frequency. A symmetric bundle is known by one quadrant: the sum is real.
+    points, slopes: (n, 1 or 2), times 2π × frequency. A symmetric bundle is known by one quadrant: the sum
+    is real, and counts as 0 where it is negative: there dark and light lines change places.
     """
     cosines, sines = np.empty(out.size), np.empty(out.size)
     for axis in range(points.shape[1]):
@@ -115,4 +118,4 @@ def _add_modulus(points, slopes, weights, is_symmetric, first, step, out):
                 sines[k] += weights[i] * s
                 c, s = c * dc - s * ds, s * dc + c * ds
         for k in range(out.size):
-            out[k] += abs(cosines[k]) if is_symmetric else np.hypot(cosines[k], sines[k])
+            out[k] += max(cosines[k], 0.0) if is_symmetric else np.hypot(cosines[k], sines[k])

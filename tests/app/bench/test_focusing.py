@@ -8,10 +8,12 @@ import pytest
 from imgui_bundle import imgui
 
 import lensbench as lb
+from lensbench import lenses
 from lensbench.app.bench.build import POSITIONS, bench_of, design, focus_text, focusing
 from lensbench.app.bench.camera_kinds import camera, readings
 from lensbench.app.panels.controls.controls import Chooser, controls_panel
 from lensbench.app.settings.settings import Settings
+from lensbench.core.optics.axis_contrast import axis_contrast
 from tests.app.stand import drive
 from tests.core.oracles import rms_on_film
 
@@ -100,3 +102,24 @@ def test_the_choice_is_made_by_hand_below_the_dials():
 
     drive(show, test, (262, 440))
     assert seen["settings"].focus_position == "paraxial"
+
+
+@pytest.mark.parametrize("times", [1.02, 1.05, 1.5, 20.0])
+@pytest.mark.parametrize("how", ["auto", *POSITIONS])
+def test_the_contrast_and_blur_that_are_stated_are_those_on_the_film(how, times):
+    near = lb.nearest_focus(design(Settings()))
+    settings = replace(Settings(), f_number=None, dispersion="off", focus_position=how, focus_distance=times * near)
+    bench = bench_of(settings)
+    stated = dict(zip(POSITIONS, bench.focusing.contrasts, strict=True))
+    away = settings.focus_distance - bench.lens.length - bench.film_distance
+    own = float(axis_contrast(bench.lens, np.array([bench.film_distance]), away)[0])
+    assert stated[bench.focusing.method] == pytest.approx(own, abs=1e-6)
+    assert how != "auto" or own >= max(stated.values()) - 0.011
+    blur = lb.real_circle_of_confusion(bench.lens, bench.film_distance, [settings.focus_distance])[0][0]
+    assert bench.focusing.blur == pytest.approx(float(blur), rel=1e-6)
+
+
+def test_a_lens_that_shows_no_fine_lines_is_focused_by_its_least_blur():
+    soft = next(name for name in lenses.names() if name.endswith("sfc-soft-focus-150-f4"))
+    position = bench_of(replace(Settings(), lens=soft, f_number=None, focus_distance=math.inf)).focusing
+    assert position.method == "real" and position.shift == 0.0 and max(position.contrasts) < 0.2

@@ -9,6 +9,7 @@ from hypothesis import given, strategies as st
 import lensbench as lb
 from lensbench import lenses as library
 from lensbench.core.optics import focus
+from lensbench.core.optics.axis_contrast import axis_contrast
 from lensbench.core.optics.focus import focused
 from lensbench.core.optics.paraxial import ray_matrix
 from tests.core.oracles import LAW, NAMES, PBRT_FOCUS, REFERENCE, biconvex, lens, rms_on_film
@@ -246,3 +247,31 @@ def test_groups_are_focused_alike_from_wherever_they_are():
         expected = focused(lens.at(close=0.0), distance).positions.close
         for close in (0.2, 0.7, 1.0, expected):
             assert focused(lens.at(close=close), distance).positions.close == pytest.approx(expected, abs=1e-9)
+
+
+@pytest.mark.parametrize("f_number", [8.0, 16.0, 22.0])
+def test_the_contrast_of_a_small_stop_is_that_of_a_perfect_lens(f_number):
+    """(2/π) (arccos x − x √(1 − x²)), x = λ N × frequency; the working f-number, a quadrature of 8 azimuths."""
+    stopped = lb.stopped_down(library.load("pbrt-dgauss-50mm"), f_number)
+    film = lb.film_distance(stopped, inf, "contrast")
+    x = 587.56e-6 * f_number * 30.0
+    perfect = 2.0 / np.pi * (np.arccos(x) - x * np.sqrt(1.0 - x * x))
+    assert axis_contrast(stopped, np.array([film]))[0] == pytest.approx(perfect, abs=0.012)
+    assert axis_contrast(stopped, np.array([film]), frequency=1e-6)[0] == pytest.approx(1.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", ["hypergon-103-f20", "minolta-af-apo-tele-200-f28"])
+def test_reversed_lines_are_not_taken_for_sharp_ones(name):
+    """Rays of a round pupil, from the trace: the cosine sum at the chosen film is positive."""
+    name = next(known for known in library.names() if known.endswith(name))
+    design = library.load(name)
+    film = lb.film_distance(design, inf, "contrast")
+    heights = (np.arange(400) + 0.5) / 400.0 * lb.first_order(design).entrance_pupil.radius
+    origins = np.stack([0.0 * heights, heights, np.full(400, -10.0)], 1)
+    rays = lb.trace(design, origins, np.tile([0.0, 0.0, 1.0], (400, 1)))
+    passed = rays.fate == lb.Fate.PASSED
+    (_, y, z), (_, m, n), rings = rays.points[passed].T, rays.directions[passed].T, heights[passed]
+    landed = y + (film + design.length - z) * m / n
+    across = np.cos((np.arange(64) + 0.5) / 64.0 * np.pi)
+    signed = (rings[:, None] * np.cos(2.0 * np.pi * 30.0 * landed[:, None] * across)).sum() / (64.0 * rings.sum())
+    assert signed > 0.1
