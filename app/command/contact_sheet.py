@@ -1,6 +1,7 @@
 """The command `lensbench contact-sheet`: several lenses in one framing, or snapshots, in one picture with captions."""
 
 import argparse
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +18,7 @@ def add_contact_sheet_options(parser: argparse.ArgumentParser) -> None:
 
     add = parser.add_argument
     add("lenses", nargs="+", metavar="LENS", help="lenses of the library, lens files, what to search the library for, "
-        "such as “six 50 mm lenses”; or exported pictures and snapshots, which are shown as they are")
+        "such as “six 50 mm lenses”; or snapshots and pictures exported as .png or .ppm, shown as they are")
     add_picture_options(parser)
     add("-o", "--output", required=True, metavar="FILE", help="a grid as .png or .jpg; the pictures one after the "
         "other as .gif or .webp")
@@ -38,20 +39,26 @@ def contact_sheet(arguments: argparse.Namespace) -> int:
     from lensbench.app.session.snapshots import read_snapshot
     from lensbench.app.workers.compilers import compiling_ahead
 
-    path = checked_sheet(Path(arguments.output))
+    path, seconds = checked_sheet(Path(arguments.output)), arguments.seconds or SECONDS
     check_writable(path)
     if arguments.seconds is not None and path.suffix.lower() not in MOVING:
         say(f"--seconds has no effect on {path}: a grid does not move; give {' or '.join(MOVING)}")
     names, cells, problems = list[str](), list[Cell](), 0
     for text in arguments.lenses:
+        if Path(text).suffix.lower() in (".exr", ".pfm"):
+            raise UsageError(f"{text} holds linear light, without a look of its own: export the picture as .png")
         if Path(text).suffix.lower() in (".png", ".ppm"):
             cells.append(Cell.of(read_snapshot(Path(text))))
-        elif " " in text and text not in lenses.names() and not Path(text).exists():
-            matching, count = found_lenses(text)
+        elif " " in text and text not in lenses.names() and not os.path.exists(text):
+            try:
+                matching, count = found_lenses(text)
+            except ValueError as error:
+                raise UsageError(str(error)) from error
             names += matching[:count]
             say(f"“{text}”: {', '.join(matching[:count])}")
         else:
             names.append(str(Path(text).resolve()) if Path(text).is_file() else text)
+    checked_sheet(path, len(names) + len(cells), seconds)
     if names:
         arguments.lens = names[0]
         settings = settings_from(arguments)
@@ -72,6 +79,6 @@ def contact_sheet(arguments: argparse.Namespace) -> int:
         for name in sorted(set(vars(arguments)) - set(OWN)):
             if getattr(arguments, name) is not None:
                 say(f"--{name.replace('_', '-')} has no effect on snapshots, which are shown as they are: name a lens")
-    write_sheet(path, cells, arguments.seconds or SECONDS)
+    write_sheet(path, cells, seconds)
     print(f"{path}: {len(cells)} picture{'s' if len(cells) > 1 else ''}")
     return 1 if problems else 0

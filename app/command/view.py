@@ -82,6 +82,8 @@ def _opened_file(arguments: argparse.Namespace) -> Path | None:
         return None
     arguments.lens = None
     if kind in ("scene", "settings"):
+        if getattr(arguments, kind) is not None:
+            raise UsageError(f"{given} and --{kind} {getattr(arguments, kind)}: give one of them")
         setattr(arguments, kind, given)
         return None
     return path

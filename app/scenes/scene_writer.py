@@ -116,21 +116,26 @@ def save_scene(name: str, path: Path) -> list[str]:
     Files in the folder of the new file or below are named as they are; others are copied into a folder next to it.
     OSError, ValueError where the scene cannot be read, or a file cannot be copied.
     """
-    folder, own, copied = path.parent.resolve(), own_scenes(), list[str]()
+    folder, own, copied, places = path.parent.resolve(), own_scenes(), list[str](), dict[Path, str]()
 
     def placed(text: str) -> str:
         asset = Path(text)
+        if asset in places:
+            return places[asset]
         if asset.is_relative_to(folder):
             return asset.relative_to(folder).as_posix()
         inner = Path(f"{path.stem} files")
         place = asset.relative_to(own) if asset.is_relative_to(own) else Path(asset.name)
+        if (inner / place).as_posix() in places.values():          # another file of this name
+            place = Path(str(len(places) + 1)) / place
         for file in (asset, *(mesh_files(asset) if asset.suffix[1:].lower() in READERS else ())):
             copy = folder / inner / place.parent / file.relative_to(asset.parent)
             copy.parent.mkdir(parents=True, exist_ok=True)
             with replacing(copy) as partial:
                 shutil.copyfile(file, partial)
             copied.append(file.name)
-        return (inner / place).as_posix()
+        places[asset] = (inner / place).as_posix()
+        return places[asset]
 
     source = _path(name)
     if source is not None and source.parent.resolve() == folder:

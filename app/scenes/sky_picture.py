@@ -133,8 +133,11 @@ def read_sky(name: str, folder: Path, say: Say) -> lb.Image:
 def read_texture(name: str, textures: Textures) -> lb.Image:
     """A texture of a scene, linear: OpenEXR, or a picture as `Textures` reads it; SceneError in one line."""
     def decoded(path: Path) -> lb.Image:
-        with open_regular(path) as file:
-            is_exr = file.read(4) == EXR
+        try:
+            with open_regular(path) as file:
+                is_exr = file.read(4) == EXR
+        except OSError as error:
+            raise PictureFileError(error.strerror or str(error)) from error
         if not is_exr:
             return image_of(read_picture_file(path))
         try:

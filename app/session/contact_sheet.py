@@ -23,7 +23,7 @@ from lensbench.app.session.picture_render import render
 from lensbench.app.session.snapshots import Snapshot, label_font, words
 from lensbench.app.settings.settings import Settings
 from lensbench.app.settings.text_values import format_f_number
-from lensbench.core.text import fixed
+from lensbench.core.text import fixed, significant
 from lensbench.lenses.library import search
 
 if TYPE_CHECKING:
@@ -34,6 +34,7 @@ SUFFIXES = (*GRIDS, *MOVING)
 COUNTS = ("one two three four five six seven eight nine ten eleven twelve").split()
 NEAR = 0.06                     # by which a focal length may differ from the one that is engraved
 MOST = 48                       # pictures of one sheet
+LONGEST = 600.0                 # s: GIF counts to 655
 WIDEST = 12_000                 # pixels of a sheet, across or down
 GROUND, STRONG, DIM = (28, 28, 28), (242, 242, 242), (150, 150, 150)
 SECONDS = 1.2                   # that each picture of a moving sheet is shown
@@ -69,6 +70,8 @@ def found_lenses(text: str, count: int = 6) -> tuple[list[str], int]:
     title = "" if length is None else f"{length[1]} mm"
     ranked = sorted(search.searched(cards, words), key=lambda card: (card.zooms, title not in card.title))
     names = [card.name for card in ranked][:MOST]
+    if not count:
+        raise ValueError(f"“{text}” asks for no lens: ask for one at least")
     if not names:
         raise ValueError(f"no lens of the library matches “{match[2]}”: type a focal length, a maker or a kind, such "
                          "as six 50 mm lenses")
@@ -104,8 +107,12 @@ def _caption(settings: Settings) -> str:
                                                                              else []))
 
 
-def checked_sheet(path: Path) -> Path:
-    """The path of a sheet; ExportError for another suffix."""
+def checked_sheet(path: Path, count: int = 1, seconds: float = SECONDS) -> Path:
+    """The path of a sheet; ExportError for another suffix, no pictures or more than MOST, or too long a time each."""
+    if not 1 <= count <= MOST:
+        raise ExportError(f"{path}: {count} pictures: 1 to {MOST} make a sheet")
+    if not 0.01 <= seconds <= LONGEST:
+        raise ExportError(f"{path}: {significant(seconds)} s: a picture is shown for 0.01 to {significant(LONGEST)} s")
     if path.suffix.lower() not in SUFFIXES:
         raise ExportError(f"{path}: a sheet is written as {' '.join(GRIDS)}, pictures one after the other as "
                           f"{' '.join(MOVING)}")
@@ -117,9 +124,7 @@ def write_sheet(path: Path, cells: Sequence[Cell], seconds: float = SECONDS) -> 
 
     ExportError: for no pictures, more than MOST, another suffix, or a file that cannot be written.
     """
-    suffix = checked_sheet(path).suffix.lower()
-    if not 1 <= len(cells) <= MOST:
-        raise ExportError(f"{path}: {len(cells)} pictures: 1 to {MOST} make a sheet")
+    suffix = checked_sheet(path, len(cells), seconds).suffix.lower()
     with replacing(path) as temporary:
         if suffix in MOVING:
             first, *others = _frames(cells)
@@ -161,7 +166,8 @@ def _labelled(cell: Cell, size: tuple[int, int]) -> "Image.Image":
     points = max(width // 26, 9)
     picture = Image.fromarray(cell.codes)
     scale = min(width / picture.width, height / picture.height)
-    picture = picture.resize((round(scale * picture.width), round(scale * picture.height)), Image.Resampling.LANCZOS)
+    picture = picture.resize((max(1, round(scale * picture.width)), max(1, round(scale * picture.height))),
+                             Image.Resampling.LANCZOS)
     frame = Image.new("RGB", (width, height + round(2.9 * points)), GROUND)
     frame.paste(picture, ((width - picture.width) // 2, (height - picture.height) // 2))
     draw, y = ImageDraw.Draw(frame), height + 0.3 * points

@@ -1,6 +1,7 @@
 """What a file is, by its first bytes: what *Open…*, a drop and `lensbench view FILE` decide by."""
 
 import re
+import tomllib
 from pathlib import Path
 from typing import Literal
 
@@ -42,6 +43,8 @@ def file_kind(path: Path) -> Kind:
 
 
 def _table_kind(text: str) -> Kind:
-    if re.search(r"^\s*version\s*=", text, re.MULTILINE):
-        return "settings"
-    return "lens" if "columns" in text or "surfaces" in text else "scene"
+    try:
+        keys = set(tomllib.loads(text))
+    except tomllib.TOMLDecodeError:                     # its reader tells what is wrong with it
+        keys = set(re.findall(r"^(?:\[+\s*)?(version|columns|surfaces)\b", text, re.MULTILINE))
+    return "settings" if "version" in keys else "lens" if keys & {"columns", "surfaces"} else "scene"

@@ -105,3 +105,16 @@ def test_a_mesh_that_is_flat_along_its_height_stands_upright(tmp_path, up, flat)
     path.write_text("v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n")
     with pytest.raises(lb.SceneError):
         mesh_table(path, up=up)
+
+
+def test_files_of_one_name_from_two_folders_stay_apart(tmp_path):
+    for folder, colour in (("a", (255, 0, 0)), ("b", (0, 0, 255))):
+        (tmp_path / folder).mkdir()
+        Image.new("RGB", (4, 4), colour).save(tmp_path / folder / "t.png")
+    ball = '[[sphere]]\ncentre = [{}, 0, -900]\nradius = 100\nmaterial = {{ kind = "matte", texture = "{}" }}\n'
+    source = tmp_path / "scene.toml"
+    source.write_text("".join(ball.format(i, name) for i, name in enumerate(("a/t.png", "b/t.png", "a/t.png"))))
+    saved = tmp_path / "elsewhere" / "copy.toml"
+    saved.parent.mkdir()
+    assert save_scene(str(source), saved) == ["t.png", "t.png"]
+    assert load_scene(saved).spheres == load_scene(source).spheres
