@@ -199,10 +199,10 @@ def _stand(settings: Settings, height: float, is_free: bool = False) -> _Stand |
     if not (math.isfinite(fo.efl) and fo.efl > 0.0 and math.isfinite(nearest_seen)):
         return None
     magnification = min(settings.film.width, settings.film.height) / height
-    wanted = _distance(fo, lens.length, magnification)
+    wanted = _distance(lens, magnification)
     if lens.has_focus_groups and wanted > nearest_seen * MARGIN:            # whose focal length changes with the focus
         near = lb.focused(lens, wanted)
-        wanted = _distance(lb.first_order(near), near.length, magnification)
+        wanted = _distance(near, magnification)
     nearest = true_focus(lens, nearest_seen, settings)
     wanted = true_focus(lens, wanted, settings) if wanted > nearest_seen else wanted
     best = wanted if is_free else max(wanted, NEAREST)
@@ -218,9 +218,11 @@ def _without_lens(settings: Settings, height: float) -> float:
     return max(0.5 * height / math.tan(0.5 * fov), NEAREST)
 
 
-def _distance(fo: lb.FirstOrder, length: float, magnification: float) -> float:
-    """Distance (mm) from the film of an object of this magnification, for a lens of this first order."""
-    return fo.efl * (2.0 + magnification + 1.0 / magnification) + length + fo.rear_principal - fo.front_principal
+def _distance(lens: lb.Lens, magnification: float) -> float:
+    """Distance (mm) from the film of an object of this magnification, which may lie in a medium."""
+    fo, n = lb.first_order(lens), lens.front_index
+    return (fo.efl * (1.0 + n + magnification + n / magnification) + lens.length + fo.rear_principal
+            - fo.front_principal)
 
 
 def _free(settings: Settings) -> float:

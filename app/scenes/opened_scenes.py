@@ -5,11 +5,13 @@ it. Lengths in mm, angles in degrees, as in scene files.
 """
 
 import math
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 import lensbench as lb
+from lensbench.app.scenes.asset_files import Stamp, file_stamp
 from lensbench.app.scenes.mesh_file import MM, Pose, read_mesh, rotation
 from lensbench.app.scenes.photograph import carries_depth, read_phone_photograph, stated_fov
 from lensbench.app.scenes.scene_writer import scene_table
@@ -107,6 +109,11 @@ BALLS: list[Table] = [
 
 def metered(path: Path) -> float:
     """Stops by which a picture of the sky lights a white floor above a radiance of 1; SceneError."""
+    return _metered(path, file_stamp(path))
+
+
+@lru_cache(maxsize=4)
+def _metered(path: Path, stamp: Stamp) -> float:
     values = read_sky(path.name, path.parent, lambda _: None).values
     sines = np.cos(math.pi * (np.arange(len(values)) + 0.5) / len(values))
     weights = np.maximum(sines, 0.0) * np.sqrt(1.0 - sines**2)

@@ -238,6 +238,6 @@ NO_FIGURES = tuple(field.name for field in fields(Settings) if not spec(field).f
 
 
 def differences(settings: Settings, other: Settings) -> dict[str, Any]:
-    """The values of `wanted` by name, where `other` has different ones."""
+    """The values of `settings` by name, where `other` has different ones."""
     return {field.name: getattr(settings, field.name) for field in fields(Settings)
             if getattr(settings, field.name) != getattr(other, field.name)}

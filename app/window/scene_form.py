@@ -179,6 +179,7 @@ class SceneForm:
         for part in (imgui.Col_.window_bg, imgui.Col_.title_bg, imgui.Col_.title_bg_active):
             imgui.push_style_color(part, imgui.ImVec4(*theme.colours().popup))
         imgui.push_style_var(imgui.StyleVar_.window_border_size, 1.0)
+        waited = self.waits                             # its buttons may end it
         shown, still_open = imgui.begin(f"{draft.path.name}###Opened", True, flags)
         if shown:
             draft = self._edited(draft)
@@ -187,7 +188,7 @@ class SceneForm:
         imgui.pop_style_color(3)
         if not still_open:
             self.visible, self.waits = False, None
-        elif not self.waits:
+        elif waited is None:
             self._apply(draft)
 
     def _edited(self, draft: Opened) -> Opened:

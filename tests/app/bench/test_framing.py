@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import lensbench as lb
+from lensbench.app.bench.build import bench_of
 from lensbench.app.bench.camera_kinds import MAKERS, readings
 from lensbench.app.bench.constraints import with_film
 from lensbench.app.bench.framing import (
@@ -163,3 +164,12 @@ def test_a_scene_file_states_its_framings_and_its_exposure(tmp_path):
         path.write_text(ball + table)
         with pytest.raises(SceneFileError, match=problem):
             load_scene(path)
+
+
+def test_under_water_a_height_fills_the_film_by_the_matrices_of_the_lens():
+    settings = replace(Settings(), medium="water", immersed=True, focus_distance=3000.0)
+    bench = bench_of(settings)
+    data = lb.first_order(bench.lens)
+    magnification = (lb.film_distance(bench.lens, bench.focus_distance) - data.bfl) / data.efl      # Newton: x′ / f′
+    low = min(settings.film.width, settings.film.height)
+    assert bench.lens.front_index > 1.3 and frame_height(settings) == pytest.approx(low / magnification, rel=2e-3)
